@@ -1,0 +1,23 @@
+"""``python -m baselines``: produce reference numbers."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from baselines import evaluate
+from npss._cli import run
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m baselines", description="Reference predictors and models of human motion."
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    for command in (evaluate,):
+        command.add_parser(commands)
+    return run(parser, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

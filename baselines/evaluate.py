@@ -1,0 +1,168 @@
+"""Evaluate predictors on the test windows of Human3.6M, or on a gait that needs no data."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baselines.data import gait, h36m
+from baselines.predictors import PREDICTORS, Predictor
+from npss import poses_to_euler, protocol
+from npss._records import Record, measure, signature_of
+from npss._tables import table
+
+N_SEED, N_TARGET = 50, 100
+EDGES_S = (0, 1, 2, 4)  # of table 5 of the NPSS paper
+
+
+class Task(NamedTuple):
+    """What there is to predict: exponential maps at 25 frames per second."""
+
+    action: str
+    protocol: str
+    seed: npt.NDArray[np.floating[Any]]  # (N, 50, 99)
+    target: npt.NDArray[np.floating[Any]]  # (N, 100, 99)
+
+
+def h36m_tasks(root: Path, actions: Sequence[str], windows: str = "srnn-8") -> Iterator[Task]:
+    """Yield the test windows of the actions, in the files of Human3.6M below `root`."""
+    data = h36m.open_root(root)
+    for action in actions:
+        seed, target = h36m.load_test_windows(data, action, windows)
+        # Reference numbers are computed in float64 throughout.
+        yield Task(action, windows, seed.astype(np.float64), target.astype(np.float64))
+
+
+def synthetic_task(n: int = 64) -> Task:
+    """Return `n` windows of a gait generated here; always the same."""
+    poses = gait.gait(n, N_SEED + N_TARGET, rng=np.random.default_rng(0))
+    return Task("gait", f"synthetic-{n}", poses[:, :N_SEED], poses[:, N_SEED:])
+
+
+def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "off") -> Record:
+    """Measure a predictor on a task: the record of ``npss.score`` and its relatives, under every convention.
+
+    Parameters
+    ----------
+    name : str
+        What the record calls the model.
+    predictor : callable
+        ``predictor(seed, n_target)``.
+    task : Task
+        The windows.
+    unwrapped : {'off', 'target', 'seed'}, optional
+        Jumps of 2 pi removed before NPSS: never, over the target, or from the seed on.
+
+    Returns
+    -------
+    dict
+        ``model``, ``action``, ``euler_error``, ``npss``, ``npss_windows`` and ``signature``.
+    """
+    seed, gt = poses_to_euler(task.seed), poses_to_euler(task.target)
+    pred = poses_to_euler(predictor(task.seed, task.target.shape[1]))
+    measured = measure(
+        gt,
+        pred,
+        fps=protocol.FPS,
+        at_ms=protocol.SLICES_MS,
+        edges_s=EDGES_S,
+        unwrapped=unwrapped,
+        seed=seed,
+        representation="euler",
+        frames=gt.shape[1],
+        protocol=task.protocol,
+    )
+    return {"model": name, "action": task.action, **measured}
+
+
+def leaderboard(records: Sequence[Record], *, markdown: bool = False) -> str:
+    """Lay records out as a table for people: models as rows, an action after the other, the best marked ``*``."""
+    parts = []
+    for action in dict.fromkeys(record["action"] for record in records):
+        of_action = [record for record in records if record["action"] == action]
+        first = of_action[0]
+        columns: dict[str, list[float]] = {}
+        for name in first["npss"]:
+            columns[f"NPSS {name}"] = [record["npss"][name] for record in of_action]
+        for time in first["euler_error"]:
+            columns[f"{time} ms"] = [record["euler_error"][time] for record in of_action]
+        cells = [[record["model"] for record in of_action]]
+        cells += [
+            [f"{value:.4f}"[:6] + ("*" if value == min(values) else " ") for value in values]
+            for values in columns.values()
+        ]
+        rows = [list(row) for row in zip(*cells, strict=True)]
+        signatures = [signature_of(first, "npss", name) for name in first["npss"]]
+        signatures.append(signature_of(first, "euler_error"))
+        parts.append(
+            f"{'### ' if markdown else ''}{action} (lower is better, * best; under ms: Euler error in radians)\n\n"
+            + table(["model", *columns], rows, "l" + "r" * len(columns), markdown=markdown)
+            + "\n\n"
+            + "\n".join(f"    {line}" for line in signatures)
+        )
+    return "\n\n".join(parts)
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of ``python -m baselines``."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "evaluate",
+        help="score predictors on the test windows of Human3.6M",
+        description="Score predictors on test windows, by NPSS under every convention and by the Euler error.",
+    )
+    parser.add_argument(
+        "models", nargs="*", metavar="MODEL", help=f"of {', '.join(PREDICTORS)}; all of them if none is named"
+    )
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument(
+        "--h36m",
+        type=Path,
+        metavar="DIR",
+        default=os.environ.get("NPSS_H36M"),
+        help="the folder of Human3.6M's dataset/ (default: the environment variable NPSS_H36M)",
+    )
+    source.add_argument("--synthetic", action="store_true", help="a generated gait, which needs no data")
+    parser.add_argument("--actions", nargs="+", default=("walking", "eating", "smoking"), metavar="ACTION")
+    parser.add_argument(
+        "--windows",
+        choices=h36m.WINDOWS,
+        default="srnn-8",
+        help="the eight windows of published tables (default), or 256 random ones",
+    )
+    parser.add_argument(
+        "--unwrap",
+        choices=("off", "target", "seed"),
+        default="off",
+        help="remove jumps of 2 pi before NPSS: not (default, as published), over the target, or from the seed on",
+    )
+    parser.add_argument(
+        "--format", choices=("table", "json", "markdown"), help="default: table on a terminal, else json"
+    )
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Print the records."""
+    names = options.models or list(PREDICTORS)
+    if unknown := [name for name in names if name not in PREDICTORS]:
+        raise ValueError(f"MODEL: {unknown[0]!r} is not one of {', '.join(PREDICTORS)}")
+    if options.synthetic:
+        tasks: Iterator[Task] = iter([synthetic_task()])
+    elif options.h36m is None:
+        raise ValueError("--h36m DIR names the folder of Human3.6M; --synthetic needs no data")
+    else:
+        tasks = h36m_tasks(Path(options.h36m), options.actions, options.windows)
+    records = [evaluate(name, PREDICTORS[name], task, unwrapped=options.unwrap) for task in tasks for name in names]
+    form = options.format or ("table" if sys.stdout.isatty() else "json")
+    if form == "json":
+        print(json.dumps(records, indent=2))
+    else:
+        print(leaderboard(records, markdown=form == "markdown"))

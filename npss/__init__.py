@@ -1,0 +1,68 @@
+"""NPSS, the metric for long-term human motion prediction, with one meaning per number.
+
+>>> import numpy as np
+>>> import npss
+>>> gt = np.sin(np.arange(100) / 4).reshape(100, 1)
+>>> npss.score(gt, gt)
+0.0
+>>> npss.signature("paper", frames=100)
+'npss|version:1|convention:paper|frames:100'
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from npss._convention import CONVENTIONS, Convention
+from npss._euler_error import euler_error, euler_error_curve, mse
+from npss._score import score, score_windows
+from npss._signature import METRIC_VERSION, parse_signature, signature
+
+if TYPE_CHECKING:
+    from npss import protocol, rotations
+    from npss._explain import explain
+    from npss._poses import poses_to_euler
+    from npss._unwrap import unwrap
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "CONVENTIONS",
+    "METRIC_VERSION",
+    "Convention",
+    "__version__",
+    "euler_error",
+    "euler_error_curve",
+    "explain",
+    "mse",
+    "parse_signature",
+    "poses_to_euler",
+    "protocol",
+    "rotations",
+    "score",
+    "score_windows",
+    "signature",
+    "unwrap",
+]
+
+# What a loop that only scores does not need is imported when it is first asked for: `import npss` costs little more
+# than `import numpy`.
+_LAZY = {
+    "explain": "npss._explain",
+    "poses_to_euler": "npss._poses",
+    "protocol": "npss.protocol",
+    "rotations": "npss.rotations",
+    "unwrap": "npss._unwrap",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LAZY:
+        raise AttributeError(f"module 'npss' has no attribute {name!r}")
+    module = import_module(_LAZY[name])
+    value = module if _LAZY[name] == f"npss.{name}" else getattr(module, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LAZY})

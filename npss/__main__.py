@@ -1,0 +1,7 @@
+"""``python -m npss``: the command ``npss`` where the scripts of this Python are not on the path."""
+
+import sys
+
+from npss._cli import main
+
+sys.exit(main())

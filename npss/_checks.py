@@ -1,0 +1,143 @@
+"""The input contract: what is accepted, and the errors that say what was wrong and where.
+
+One rule for every public function: look at the kind of the values before converting them; refuse what would
+have to be guessed; name the argument, the shape and the first bad index; never write to an input.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+#: Any array of real numbers, of whatever precision.
+Array = npt.NDArray[Any]
+#: An array of float64.
+Float64 = npt.NDArray[np.float64]
+
+_BLOCK = 2**20  # values checked at once
+
+_REFUSED = {
+    "b": "booleans",
+    "c": "complex numbers",
+    "O": "Python objects",
+    "S": "bytes",
+    "U": "strings",
+    "T": "strings",
+    "M": "dates",
+    "m": "time differences",
+    "V": "records",
+}
+
+
+def real_array(name: str, values: npt.ArrayLike) -> Array:
+    """Read `values` as an array of real numbers, keeping its precision and without copying it.
+
+    Parameters
+    ----------
+    name : str
+        What the caller calls this argument; errors begin with it.
+    values : array_like
+        Anything that numpy can read: an array, a memory map, nested lists, a CPU tensor.
+
+    Returns
+    -------
+    ndarray
+        Kind integer or float, shape as given. It may share memory with `values`: never write to it.
+
+    Raises
+    ------
+    TypeError
+        If numpy cannot read the values, or they are masked, boolean, complex, text, dates or objects.
+    ValueError
+        If nested lists are of unequal length.
+    """
+    if isinstance(values, np.ma.MaskedArray):
+        raise TypeError(
+            f"{name}: masked arrays are refused, because a masked entry has no value to score; "
+            f"fill it (array.filled(...)) or leave its sequence out"
+        )
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise ValueError(f"{name}: not a regular array of numbers ({error})") from error
+    except Exception as error:  # tensors that need detaching, are on a device, ...: each raises its own type
+        raise TypeError(
+            f"{name}: numpy cannot read this {type(values).__name__} ({error}); "
+            f"pass a CPU array, e.g. tensor.detach().cpu().numpy()"
+        ) from error
+    kind = array.dtype.kind
+    if kind not in "iuf":
+        what = _REFUSED.get(kind, "values of another kind")
+        raise TypeError(f"{name}: expected real numbers, got {what} (dtype {array.dtype})")
+    return array
+
+
+def check_finite(name: str, array: Array) -> None:
+    """Raise a ValueError that names the first index, in C order, at which `array` is NaN or infinite."""
+    blocks = array.reshape(1) if array.ndim == 0 else array
+    rows = max(1, _BLOCK * len(blocks) // max(blocks.size, 1))  # bounded memory for arrays larger than it
+    for top in range(0, len(blocks), rows):
+        finite = np.isfinite(blocks[top : top + rows])
+        if not finite.all():
+            first = np.unravel_index(int(np.argmin(finite)), finite.shape)
+            index = (int(first[0]) + top, *(int(i) for i in first[1:]))[: array.ndim]
+            raise ValueError(f"{name}: {array[index]} at index {index}; every value must be finite")
+
+
+def motion_array(name: str, values: npt.ArrayLike) -> Array:
+    """Read `values` as motion ``(N, T, D)`` or ``(T, D)``; finiteness is left to the caller."""
+    array = real_array(name, values)
+    if array.ndim not in (2, 3):
+        raise ValueError(
+            f"{name}: expected shape (N, T, D) or (T, D) = (sequences, frames, features), got {array.shape}"
+        )
+    for size, what in zip(array.shape[::-1], ("features", "frames", "sequences"), strict=False):
+        if size == 0:
+            raise ValueError(f"{name}: no {what} in an array of shape {array.shape}")
+    return array
+
+
+def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array]:
+    """Read ground truth and prediction as two arrays of the same shape, ``(N, T, D)`` or ``(T, D)``.
+
+    Views where possible: never write to them. Finiteness is left to the caller.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `real_array`; and where a shape is neither ``(N, T, D)`` nor ``(T, D)``, is empty, or differs.
+    """
+    first = motion_array("gt", gt)
+    second = motion_array("pred", pred)
+    if first.shape != second.shape:
+        raise ValueError(f"pred: its shape {second.shape} differs from that of gt, {first.shape}; nothing is broadcast")
+    return first, second
+
+
+def one_of(name: str, value: object, choices: tuple[str, ...]) -> None:
+    """Raise a ValueError (a TypeError where it is no string) unless `value` is one of `choices`."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name}: expected one of {', '.join(choices)}, got {value!r}")
+    if value not in choices:
+        raise ValueError(f"{name}: expected one of {', '.join(choices)}, got {value!r}")
+
+
+def positive_number(name: str, value: object) -> float:
+    """Read a positive, finite real number (an int or a float, not a bool)."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.integer | np.floating):
+        raise TypeError(f"{name}: expected a positive number, got {value!r}")
+    number = float(value)
+    if not (np.isfinite(number) and number > 0):
+        raise ValueError(f"{name}: expected a positive, finite number, got {value!r}")
+    return number
+
+
+def positive_integer(name: str, value: object) -> int:
+    """Read a positive integer (an int or a numpy integer, not a bool)."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
+        raise TypeError(f"{name}: expected a positive integer, got {value!r}")
+    if value <= 0:
+        raise ValueError(f"{name}: expected a positive integer, got {value!r}")
+    return int(value)

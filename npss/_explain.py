@@ -1,0 +1,177 @@
+"""A signature in plain words, and whether its number may stand beside the published ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from npss._convention import CONVENTIONS, Convention, as_convention, convention_name
+from npss._signature import METRIC_VERSION, parse_signature
+
+_CHOICES = {
+    ("power", "magnitude"): "the power of a frequency is the squared magnitude of its Fourier coefficient",
+    ("power", "real"): "the power of a frequency is the square of the real part alone of its Fourier coefficient",
+    ("bins", "two-sided"): "all T frequency bins count, positive and negative",
+    ("bins", "one-sided"): "only the T//2 + 1 bins of a one-sided transform count, each once",
+    ("distance", "cdf"): "the distance of two spectra is the L1 distance of their cumulative distributions, in bins",
+    ("distance", "spectrum"): "the distance of two spectra is their L1 distance, without cumulating",
+    ("weight", "power"): "a feature of a sequence counts by the total power of its ground truth",
+    ("weight", "uniform"): "each feature of a sequence whose ground truth has power counts the same",
+    ("zero", "dc"): "a prediction that is zero throughout is taken as a constant pose",
+    ("zero", "empty"): "a prediction that is zero throughout has an empty distribution, as if 0/0 were 0",
+}
+
+_NAMED = {
+    "paper": "what the text of the NPSS paper defines",
+    "released": "what the code released with the NPSS paper computes, and published tables hold",
+    "literal": "equations 7 to 9 of the NPSS paper as they are printed",
+}
+
+_CONTEXT = {
+    "representation": "representation of the motion",
+    "frames": "predicted frames (T)",
+    "fps": "frames per second",
+    "window": "time window scored, in seconds",
+    "protocol": "test windows",
+    "unwrap": "jumps of 2 pi removed",
+    "columns": "features that count in the Euler error",
+    "average": "Euler error",
+}
+
+_MEANINGS = {
+    ("representation", "euler"): "Euler angles in the Human3.6M convention, columns 0-5 zeroed",
+    ("protocol", "srnn-8"): "the eight windows per action of subject 5 (SRNN seeds)",
+    ("protocol", "random-256"): "256 random windows per action of subject 5 (Mao et al.)",
+    ("unwrap", "off"): "no",
+    ("unwrap", "target"): "yes, over the scored frames alone",
+    ("unwrap", "seed"): "yes, from the first seed frame on",
+    ("columns", "gt"): "those that move in the ground truth (standard deviation > 1e-4 over the frames)",
+    ("columns", "pred"): "those that move in the prediction",
+    ("columns", "all"): "all",
+    ("average", "at"): "at the stated times",
+    ("average", "up-to"): "averaged up to the stated times",
+}
+
+_SUBJECTS = {"npss": "NPSS", "euler_error": "Euler error"}
+
+#: What a number must state to stand beside a published one: for each table, the fields and their values.
+_TABLES: dict[str, dict[str, dict[str, tuple[object, ...]]]] = {
+    "npss": {
+        "tables 4 and 5 of the NPSS paper (Human3.6M)": {
+            "convention": ("released",),
+            "representation": ("euler",),
+            "fps": (25,),
+            "frames": (100,),
+            "protocol": ("srnn-8",),
+            "unwrap": ("off",),
+        },
+        "the LaFAN1 in-betweening tables": {
+            "convention": ("released",),
+            "representation": ("global-quaternions",),
+            "fps": (30,),
+            "frames": (5, 15, 30, 45),
+            "protocol": ("lafan1",),
+            "unwrap": ("off",),
+        },
+    },
+    "euler_error": {
+        "tables 6 and 7 of the NPSS paper (Human3.6M)": {
+            "representation": ("euler",),
+            "fps": (25,),
+            "protocol": ("srnn-8",),
+            "unwrap": ("off",),
+            "columns": ("gt",),
+            "average": ("at",),
+        },
+    },
+}
+
+
+def explain(signature: str) -> str:
+    """Say in plain words what a signature's number is, and whether it is comparable to the published tables.
+
+    Parameters
+    ----------
+    signature : str
+        As `npss.signature` writes and this library prints with every number.
+
+    Returns
+    -------
+    str
+        Several lines.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a signature.
+
+    Examples
+    --------
+    >>> import npss
+    >>> print(npss.explain("npss|version:1|convention:paper|frames:100").splitlines()[0])
+    NPSS, convention 'paper': what the text of the NPSS paper defines.
+    """
+    values = parse_signature(signature)
+    lines: list[str] = []
+    for metric in values["metric"].split("+"):
+        lines += _explain_metric(metric, values)
+    stated = [
+        f"  {_CONTEXT.get(name, name)}: {_MEANINGS.get((name, value), value)}"
+        for name, value in values.items()
+        if name not in ("metric", "version", "convention")
+    ]
+    lines += ["Stated with it:", *stated] if stated else ["Nothing else is stated."]
+    version = values["version"]
+    same = "the one this library computes" if version == METRIC_VERSION else f"this library computes {METRIC_VERSION}"
+    lines.append(f"Version of the metric: {version}, {same}.")
+    for metric in values["metric"].split("+"):
+        for table, needed in _TABLES.get(metric, {}).items():
+            lines.append(_compare(metric, values, table, needed))
+    return "\n".join(lines)
+
+
+def _explain_metric(metric: str, values: dict[str, Any]) -> list[str]:
+    if metric == "npss":
+        return [line for convention in _conventions(values) for line in _explain_convention(convention)]
+    if metric == "euler_error":
+        return [
+            "Euler error: the Euclidean norm of the difference of Euler angles in a frame, averaged over sequences."
+        ]
+    if metric == "mse":
+        return ["MSE: the mean, over sequences, frames and features, of the squared difference."]
+    return [f"{metric}: not a metric of this library."]
+
+
+def _explain_convention(convention: Convention) -> list[str]:
+    name = convention_name(convention)
+    head = f"convention '{name}': {_NAMED[name]}." if name else "a convention of its own."
+    choices = [f"  - {text}" for (field, choice), text in _CHOICES.items() if getattr(convention, field) == choice]
+    return [f"NPSS, {head}", *choices]
+
+
+def _conventions(values: dict[str, Any]) -> list[Convention]:
+    stated = values["convention"]
+    several = stated if isinstance(stated, tuple) else () if stated is None else (stated,)
+    return [as_convention(one) for one in several]
+
+
+def _compare(metric: str, values: dict[str, Any], table: str, needed: dict[str, tuple[object, ...]]) -> str:
+    missing: list[str] = []
+    differing: list[str] = []
+    for name, allowed in needed.items():
+        if name == "convention":
+            # A line that states several conventions belongs to several scores: that of the table's own is meant.
+            if CONVENTIONS["released"] not in _conventions(values):
+                differing.append("the convention must be released")
+        elif name not in values:
+            missing.append(name)
+        elif values[name] not in allowed:
+            wanted = " or ".join(str(value) for value in allowed)
+            differing.append(f"{name} must be {wanted}, not {values[name]}")
+    if values["version"] != METRIC_VERSION:
+        differing.append(f"version must be {METRIC_VERSION}, not {values['version']}")
+    if differing:
+        return f"{_SUBJECTS[metric]}: not comparable with {table}: {'; '.join(differing)}."
+    if missing:
+        unknown = ", ".join(missing)
+        return f"{_SUBJECTS[metric]}: whether it is comparable with {table} cannot be told: not stated: {unknown}."
+    return f"{_SUBJECTS[metric]}: comparable with {table}."

@@ -1,0 +1,107 @@
+"""Records: every number of one comparison, with the signature that says what they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy.typing as npt
+
+from npss._checks import positive_number
+from npss._convention import CONVENTIONS
+from npss._euler_error import euler_error
+from npss._score import score, score_windows
+from npss._signature import Value, parse_signature, signature
+from npss._unwrap import unwrap
+
+Record = dict[str, Any]
+
+
+def measure(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    conventions: Sequence[str] = tuple(CONVENTIONS),
+    fps: float | None = None,
+    at_ms: Sequence[int] = (),
+    edges_s: Sequence[float] = (),
+    unwrapped: str = "off",
+    seed: npt.ArrayLike | None = None,
+    **context: Value,
+) -> Record:
+    """Measure a prediction by every metric that is asked for.
+
+    Parameters
+    ----------
+    gt, pred : (N, T, D) or (T, D) array_like
+        As for `score`.
+    conventions : sequence of str, optional
+        Conventions to score by.
+    fps : float, optional
+        Frames per second; needed for `at_ms` and `edges_s`.
+    at_ms : sequence of int, optional
+        Times of the Euler error, in milliseconds; none, and it is left out.
+    edges_s : sequence of float, optional
+        Edges of the windows that are scored too, in seconds; none, and they are left out.
+    unwrapped : {'off', 'target', 'seed'}, optional
+        Remove jumps of 2 pi before NPSS (never for the Euler error): over the target alone, or from the seed on.
+    seed : array_like, optional
+        The seed frames, for ``unwrapped='seed'``.
+    **context
+        What else the signature states.
+
+    Returns
+    -------
+    dict
+        ``npss`` by convention, ``npss_windows`` by convention and window, ``euler_error`` by time, as far as they were
+        asked for, and the one ``signature`` of them all; `signature_of` gives that of each number.
+    """
+    record: Record = {}
+    stated: dict[str, Any] = {"unwrap": unwrapped, **context}
+    if fps is not None:
+        stated["fps"] = positive_number("fps", fps)
+    metric = "npss"
+    if at_ms:
+        errors = euler_error(gt, pred, fps=_needed(fps), at_ms=at_ms)
+        record["euler_error"] = {str(time): error for time, error in errors.items()}
+        stated |= {"columns": "gt", "average": "at"}
+        metric = "npss+euler_error"
+    if unwrapped != "off":
+        start = seed if unwrapped == "seed" else None
+        gt, pred = unwrap(gt, seed=start), unwrap(pred, seed=start)
+    record["npss"] = {name: score(gt, pred, convention=name) for name in conventions}
+    if edges_s:
+        record["npss_windows"] = {
+            name: score_windows(gt, pred, fps=_needed(fps), edges_s=edges_s, convention=name) for name in conventions
+        }
+    named = conventions[0] if len(conventions) == 1 else tuple(conventions)
+    record["signature"] = signature(named, metric=metric, **stated)
+    return record
+
+
+def signature_of(record: Record, metric: str, convention: str | None = None, **context: Value) -> str:
+    """Return the signature of one number of a record.
+
+    Parameters
+    ----------
+    record : dict
+        As `measure` returns.
+    metric : {'npss', 'euler_error'}
+        Which of its numbers.
+    convention : str, optional
+        By which convention, for `'npss'`.
+    **context
+        What is particular to that number, such as ``window='0-1'``.
+    """
+    stated = {**parse_signature(record["signature"]), "metric": metric, "convention": convention, **context}
+    if metric == "npss":
+        stated = {name: value for name, value in stated.items() if name not in ("columns", "average")}
+    else:
+        stated["unwrap"] = "off"  # which is done for NPSS alone
+    return signature(**stated)
+
+
+def _needed(fps: float | None) -> float:
+    if fps is None:
+        raise ValueError("fps: times were asked for, so the frames per second are needed")
+    return fps

@@ -1,0 +1,438 @@
+"""What must be the same for two numbers to be comparable: Human3.6M's test windows, times and normalisation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from npss._checks import Array, Float64, check_finite, positive_integer, positive_number, real_array
+from npss._frames import whole_frames
+from npss.rotations._forms import result_dtype
+
+__all__ = [
+    "ACTIONS",
+    "COLUMNS",
+    "FPS",
+    "SLICES_MS",
+    "TEST_SUBJECT",
+    "TRAIN_SUBJECTS",
+    "Normalization",
+    "Window",
+    "frames_to_ms",
+    "ms_to_frames",
+    "normalization",
+    "random_windows",
+    "srnn_windows",
+]
+
+#: The actions of Human3.6M, as its files name them.
+ACTIONS = (
+    *("directions", "discussion", "eating", "greeting", "phoning", "posing", "purchases", "sitting", "sittingdown"),
+    *("smoking", "takingphoto", "waiting", "walking", "walkingdog", "walkingtogether"),
+)
+#: The 54 of the 99 columns of a Human3.6M pose that vary over the training subjects.
+COLUMNS = (
+    *(*range(0, 10), *range(12, 16), *range(21, 25), *range(27, 31), *range(36, 48)),
+    *(*range(51, 58), *range(60, 63), *range(75, 82), *range(84, 87)),
+)
+#: Frames per second of test windows: every second frame of the files.
+FPS = 25
+#: The times, in milliseconds after the last seed frame, at which the field prints the Euler error.
+SLICES_MS = (80, 160, 320, 400, 560, 1000)
+#: The subject whose clips are the test set.
+TEST_SUBJECT = 5
+#: The subjects whose clips are the training set.
+TRAIN_SUBJECTS = (1, 6, 7, 8, 9, 11)
+
+_SEED = 1234567890  # of the generator that draws the windows
+_FIRST = 16  # the first frame that may be drawn
+_RANDOM_SEED, _RANDOM_TARGET = 50, 100  # frames around the boundary for which the random windows leave room
+_CONSTANT = 1e-4  # columns with a smaller standard deviation are dropped
+
+
+class Window(NamedTuple):
+    """Where a test window lies: in which clip, and in which of its frames at 25 frames per second.
+
+    Attributes
+    ----------
+    clip : int
+        0 or 1: the first or the second clip of the action.
+    start : int
+        The first seed frame.
+    n_seed : int
+        Number of seed frames.
+    n_target : int
+        Number of frames to predict.
+
+    Examples
+    --------
+    >>> window = Window(clip=0, start=1087, n_seed=50, n_target=100)
+    >>> window.seed, window.target
+    (slice(1087, 1137, None), slice(1137, 1237, None))
+    """
+
+    clip: int
+    start: int
+    n_seed: int
+    n_target: int
+
+    @property
+    def seed(self) -> slice:
+        """The frames that the predictor sees."""
+        return slice(self.start, self.start + self.n_seed)
+
+    @property
+    def target(self) -> slice:
+        """The frames that it is to predict."""
+        return slice(self.seed.stop, self.seed.stop + self.n_target)
+
+
+def srnn_windows(lengths: Sequence[int], *, n_seed: int = 50, n_target: int = 100) -> tuple[Window, ...]:
+    """Return the eight test windows of an action that published tables use, the "SRNN seeds".
+
+    Parameters
+    ----------
+    lengths : sequence of int
+        The lengths in frames, at 25 frames per second, of the test subject's two clips of the action.
+    n_seed, n_target : int, optional
+        Frames to see and frames to predict. Windows of another total length are other windows: their start is drawn
+        from another range.
+
+    Returns
+    -------
+    tuple of Window
+        Eight windows, of clip 0 and clip 1 in turn.
+
+    Raises
+    ------
+    TypeError
+        If a length or a number of frames is not an integer.
+    ValueError
+        If there are not two lengths, one is too short to draw from, or a number is not positive.
+
+    Notes
+    -----
+    The target begins right after the seed: frame ``start + n_seed``. The code released with the NPSS paper scores
+    one frame later, but only this reproduces the zero-velocity row that it prints.
+
+    References
+    ----------
+    K. Fragkiadaki et al., "Recurrent Network Models for Human Dynamics", ICCV 2015; A. Jain et al., "Structural-RNN",
+    CVPR 2016; as used by J. Martinez et al., CVPR 2017.
+
+    Examples
+    --------
+    >>> walking = srnn_windows((1500, 1261))
+    >>> [window.start for window in walking]
+    [1087, 955, 1145, 332, 660, 304, 201, 54]
+    >>> walking[1]
+    Window(clip=1, start=955, n_seed=50, n_target=100)
+    """
+    n_seed, n_target = positive_integer("n_seed", n_seed), positive_integer("n_target", n_target)
+    draws = _draws(lengths, 8, n_seed + n_target)
+    return tuple(Window(clip, draw, n_seed, n_target) for clip, draw in draws)
+
+
+def random_windows(lengths: Sequence[int], *, n_seed: int = 10, n_target: int = 25) -> tuple[Window, ...]:
+    """Return 256 random test windows of an action, 128 of each clip.
+
+    Eight windows are few: scores on 256 vary much less. The boundary between seed and target is the same whatever
+    `n_seed` and `n_target` are, so that models which see more or predict less are still compared on the same frames.
+
+    Parameters
+    ----------
+    lengths : sequence of int
+        The lengths in frames, at 25 frames per second, of the test subject's two clips of the action.
+    n_seed : int, optional
+        Frames to see, at most 50: the last ones before the boundary.
+    n_target : int, optional
+        Frames to predict, at most 100.
+
+    Returns
+    -------
+    tuple of Window
+        256 windows, of clip 0 and clip 1 in turn.
+
+    Raises
+    ------
+    TypeError
+        If a length or a number of frames is not an integer.
+    ValueError
+        If there are not two lengths, one is too short to draw from, or a number of frames is out of range.
+
+    References
+    ----------
+    W. Mao et al., "Learning Trajectory Dependencies for Human Motion Prediction", ICCV 2019.
+
+    Examples
+    --------
+    >>> windows = random_windows((1500, 1261))
+    >>> len(windows), windows[0]
+    (256, Window(clip=0, start=1127, n_seed=10, n_target=25))
+    >>> windows[0].target == random_windows((1500, 1261), n_seed=50)[0].target
+    True
+    """
+    n_seed, n_target = positive_integer("n_seed", n_seed), positive_integer("n_target", n_target)
+    for name, value, limit in (("n_seed", n_seed, _RANDOM_SEED), ("n_target", n_target, _RANDOM_TARGET)):
+        if value > limit:
+            raise ValueError(f"{name}: {value} frames, but these windows have at most {limit}")
+    draws = _draws(lengths, 256, _RANDOM_SEED + _RANDOM_TARGET)
+    return tuple(Window(clip, draw + _RANDOM_SEED - n_seed, n_seed, n_target) for clip, draw in draws)
+
+
+def _draws(lengths: Sequence[int], count: int, span: int) -> Iterator[tuple[int, int]]:
+    """Yield clip and drawn frame; `span` frames from there on are in the clip."""
+    clips = [positive_integer("lengths", length) for length in _each("lengths", lengths)]
+    if len(clips) != 2:
+        raise ValueError(f"lengths: an action has two clips, got {len(clips)} lengths")
+    for clip, length in enumerate(clips):
+        if length <= _FIRST + span:
+            raise ValueError(
+                f"lengths: clip {clip} has {length} frames; windows of {span} frames need at least {_FIRST + span + 1}"
+            )
+    generator = np.random.RandomState(_SEED)  # the legacy generator: its stream is fixed for ever
+    for i in range(count):
+        yield i % 2, int(generator.randint(_FIRST, clips[i % 2] - span))
+
+
+def ms_to_frames(at_ms: Iterable[float], *, fps: float = FPS) -> list[int]:
+    """Return the predicted frames that lie at given times after the last seed frame.
+
+    Parameters
+    ----------
+    at_ms : iterable of float
+        Times in milliseconds.
+    fps : float, optional
+        Frames per second.
+
+    Returns
+    -------
+    list of int
+        Indices into the prediction: 0 is the first predicted frame, ``1000 / fps`` milliseconds after the seed.
+
+    Raises
+    ------
+    TypeError
+        If a time or `fps` is not a number.
+    ValueError
+        If a time is not positive, or is not a frame: the message names the nearest times that are. A billionth of a
+        frame is forgiven, because ``1000 / 30`` is not exact.
+
+    See Also
+    --------
+    frames_to_ms : the inverse.
+
+    Examples
+    --------
+    >>> ms_to_frames(SLICES_MS)
+    [1, 3, 7, 9, 13, 24]
+    >>> ms_to_frames([100], fps=30)
+    [2]
+    >>> ms_to_frames([100])
+    Traceback (most recent call last):
+    ValueError: at_ms: 100 ms is not a whole number of frames at 25 frames per second; nearest: 80 and 120 ms
+    """
+    rate = positive_number("fps", fps)
+    return [whole_frames("at_ms", time, rate, first=1, per_second=1000) - 1 for time in _each("at_ms", at_ms)]
+
+
+def frames_to_ms(frames: Iterable[int], *, fps: float = FPS) -> list[float]:
+    """Return the times after the last seed frame at which predicted frames lie.
+
+    Parameters
+    ----------
+    frames : iterable of int
+        Indices into the prediction: 0 is the first predicted frame.
+    fps : float, optional
+        Frames per second.
+
+    Returns
+    -------
+    list of float
+        Times in milliseconds; an int where the time is a whole number of them.
+
+    Raises
+    ------
+    TypeError
+        If a frame is not an integer, or `fps` not a number.
+    ValueError
+        If a frame is negative, or `fps` not positive.
+
+    See Also
+    --------
+    ms_to_frames : the inverse.
+
+    Examples
+    --------
+    >>> frames_to_ms([1, 3, 24, 99])
+    [80, 160, 1000, 4000]
+    """
+    rate = positive_number("fps", fps)
+    times: list[float] = []
+    for frame in _each("frames", frames):
+        if isinstance(frame, bool | np.bool_) or not isinstance(frame, int | np.integer):
+            raise TypeError(f"frames: expected indices of predicted frames, got {frame!r}")
+        if frame < 0:
+            raise ValueError(f"frames: expected indices of predicted frames, 0 or more, got {frame}")
+        time = (int(frame) + 1) * 1000 / rate
+        times.append(int(time) if time.is_integer() else time)
+    return times
+
+
+def _each(name: str, values: Iterable[Any]) -> Iterator[Any]:
+    """Iterate over an argument that somebody may have given a single value."""
+    try:
+        return iter(values)
+    except TypeError:
+        raise TypeError(f"{name}: expected a sequence of numbers, got {values!r}") from None
+
+
+@dataclass(frozen=True, eq=False)
+class Normalization:
+    """What maps poses to what models see and back: constant columns dropped, the others standardised.
+
+    Attributes
+    ----------
+    mean : (D,) ndarray of float64
+        The mean of every column.
+    std : (D,) ndarray of float64
+        The standard deviation of every column, 1 for those that are dropped.
+    columns : tuple of int
+        The C columns that are kept, ascending.
+    """
+
+    mean: Float64
+    std: Float64
+    columns: tuple[int, ...]
+
+    def normalize(self, poses: npt.ArrayLike) -> Array:
+        """Keep the columns that vary, less their mean, over their standard deviation.
+
+        Parameters
+        ----------
+        poses : (..., D) array_like
+            For Human3.6M ``(..., 99)``: the translation, then rotations as exponential maps in radians.
+
+        Returns
+        -------
+        (..., C) ndarray
+            For Human3.6M ``(..., 54)``. float32 for float32, float64 for all else.
+
+        Raises
+        ------
+        TypeError
+            If `poses` does not hold real numbers.
+        ValueError
+            If the last axis is not as long as it should be, or a value is NaN or infinite.
+        """
+        array = _rows("poses", poses, len(self.mean))
+        kept = list(self.columns)
+        return ((array[..., kept] - self.mean[kept]) / self.std[kept]).astype(result_dtype(array), copy=False)
+
+    def unnormalize(self, values: npt.ArrayLike) -> Array:
+        """Undo `normalize`; the columns that it dropped get their mean.
+
+        Parameters
+        ----------
+        values : (..., C) array_like
+            What `normalize` returns, or what a model that sees it predicts.
+
+        Returns
+        -------
+        (..., D) ndarray
+            Poses. float32 for float32, float64 for all else.
+
+        Raises
+        ------
+        TypeError
+            If `values` does not hold real numbers.
+        ValueError
+            If the last axis is not as long as it should be, or a value is NaN or infinite.
+        """
+        array = _rows("values", values, len(self.columns))
+        kept = list(self.columns)
+        poses = np.empty((*array.shape[:-1], len(self.mean)), result_dtype(array))
+        poses[...] = self.mean
+        poses[..., kept] = array * self.std[kept] + self.mean[kept]
+        return poses
+
+
+def normalization(clips: Iterable[npt.ArrayLike]) -> Normalization:
+    """Compute the statistics by which models of the field see poses.
+
+    Parameters
+    ----------
+    clips : iterable of (T_i, D) array_like
+        The training set: for Human3.6M all rows, at 50 frames per second, of both clips of the `TRAIN_SUBJECTS` for the
+        action or actions that the model learns.
+
+    Returns
+    -------
+    Normalization
+        Mean and standard deviation over the rows of all clips, which every row enters alike. Columns whose standard
+        deviation is below 1e-4 are dropped; for Human3.6M `COLUMNS` are left.
+
+    Raises
+    ------
+    TypeError
+        If a clip does not hold real numbers.
+    ValueError
+        If there is no clip, one is not ``(T, D)`` with the D of the first or not finite, or no column varies.
+
+    References
+    ----------
+    J. Martinez et al., "On Human Motion Prediction Using Recurrent Neural Networks", CVPR 2017.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> found = normalization([np.array([[1.0, 7.0], [2.0, 7.0]]), np.array([[3.0, 7.0]])])
+    >>> found.columns
+    (0,)
+    >>> x = found.normalize([[2.0, 7.0], [3.0, 7.0]])
+    >>> x.round(3)
+    array([[0.   ],
+           [1.225]])
+    >>> found.unnormalize(x)
+    array([[2., 7.],
+           [3., 7.]])
+    """
+    rows: list[Array] = []
+    for i, clip in enumerate(_each("clips", clips)):
+        name = f"clips[{i}]"
+        array = real_array(name, clip)
+        if array.ndim != 2 or array.size == 0:
+            raise ValueError(f"{name}: expected shape (T, D) = (frames, columns), got {array.shape}")
+        rows.append(_rows(name, array, rows[0].shape[1] if rows else array.shape[1]))
+    if not rows:
+        raise ValueError("clips: no clip to compute statistics of")
+    total = sum(len(array) for array in rows)
+    # Mean and spread in turn: the difference of two large sums would lose the columns that hardly vary.
+    with np.errstate(over="ignore", invalid="ignore"):
+        mean: Float64 = np.sum([array.sum(axis=0, dtype=np.float64) for array in rows], axis=0) / total
+        std: Float64 = np.sqrt(
+            np.sum([np.square(np.subtract(array, mean, dtype=np.float64)).sum(axis=0) for array in rows], axis=0)
+            / total
+        )
+    if not np.isfinite(std).all():
+        raise ValueError(f"clips: column {int(np.argmin(np.isfinite(std)))} has no standard deviation within float64")
+    columns = tuple(int(column) for column in np.flatnonzero(std >= _CONSTANT))
+    if not columns:
+        raise ValueError(f"clips: no column varies (standard deviation of {_CONSTANT:g} or more)")
+    std[std < _CONSTANT] = 1
+    for array in (mean, std):
+        array.setflags(write=False)
+    return Normalization(mean, std, columns)
+
+
+def _rows(name: str, values: npt.ArrayLike, width: int) -> Array:
+    """Read finite values whose last axis has `width` entries."""
+    array = real_array(name, values)
+    if array.ndim == 0 or array.shape[-1] != width:
+        raise ValueError(f"{name}: expected shape (..., {width}), got {array.shape}")
+    check_finite(name, array)
+    return array

@@ -1,0 +1,46 @@
+"""Rotations in four forms, and the way from each to each.
+
+================  ================  =============================================================
+form              shape             convention
+================  ================  =============================================================
+exponential map   ``(..., 3)``      axis times angle in radians, also called rotation vector
+rotation matrix   ``(..., 3, 3)``   rotates column vectors, ``R @ x``
+quaternion        ``(..., 4)``      order w, x, y, z; returned with unit length and w >= 0
+Euler angles      ``(..., 3)``      radians; ``seq="h36m"``, or three letters (upper case intrinsic)
+================  ================  =============================================================
+
+All functions take any number of leading axes, also none and empty ones, return a new C-contiguous array,
+compute in float32 for float32 input and in float64 otherwise, and give the same bits wherever in an array a
+rotation stands.
+
+Examples
+--------
+>>> import numpy as np
+>>> from npss.rotations import expmap_to_euler, expmap_to_matrix
+>>> expmap_to_matrix(np.zeros((10, 32, 3))).shape
+(10, 32, 3, 3)
+>>> expmap_to_euler([0.3, 0.2, 0.1]).round(4)
+array([-0.2938, -0.2118, -0.0696])
+"""
+
+from npss.rotations._angle import geodesic_angle
+from npss.rotations._from_euler import euler_to_expmap, euler_to_matrix, euler_to_quaternion
+from npss.rotations._from_expmap import expmap_to_euler, expmap_to_matrix, expmap_to_quaternion
+from npss.rotations._from_matrix import matrix_to_euler, matrix_to_expmap, matrix_to_quaternion
+from npss.rotations._from_quaternion import quaternion_to_euler, quaternion_to_expmap, quaternion_to_matrix
+
+__all__ = [
+    "euler_to_expmap",
+    "euler_to_matrix",
+    "euler_to_quaternion",
+    "expmap_to_euler",
+    "expmap_to_matrix",
+    "expmap_to_quaternion",
+    "geodesic_angle",
+    "matrix_to_euler",
+    "matrix_to_expmap",
+    "matrix_to_quaternion",
+    "quaternion_to_euler",
+    "quaternion_to_expmap",
+    "quaternion_to_matrix",
+]

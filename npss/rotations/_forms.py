@@ -1,0 +1,70 @@
+"""Four ways to write down a rotation, and the way from each to each.
+
+Every form can be read into the columns ``(w, x, y, z)`` of a quaternion of any positive or negative length,
+and written from such columns; a conversion is the one after the other. Leaving the length open is what makes
+this fast and accurate: nothing is normalised that the next step would divide out again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from npss._checks import Array, real_array
+from npss.rotations._blocks import Columns, Kernel, fill
+
+#: Columns w, x, y, z; w may be one number for all. Not zero; its square stays within the number range.
+Quaternion = tuple[Array | float, Array, Array, Array]
+
+
+@dataclass(frozen=True)
+class Form:
+    """One representation: its shape, and the kernels that read and write it."""
+
+    #: Trailing axes of an array of such rotations.
+    shape: tuple[int, ...]
+    #: The quaternion of the columns; the second argument is the precision in which the caller gave them.
+    read: Callable[[Columns, np.dtype[Any]], Quaternion]
+    #: Fills the columns, the last argument.
+    write: Callable[[Quaternion, Columns], None]
+
+
+def rotation_array(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Read `values` as real numbers of shape ``(..., *shape)``."""
+    array = real_array(name, values)
+    if array.shape[-len(shape) :] != shape:
+        expected = ", ".join(map(str, shape))
+        raise ValueError(f"{name}: expected shape (..., {expected}), got {array.shape}")
+    if array.dtype.kind == "f" and array.dtype.itemsize > 8:  # extended precision
+        with np.errstate(over="ignore"):  # what does not fit becomes infinite, and that is refused
+            return array.astype(np.float64)
+    return array
+
+
+def result_dtype(array: Array) -> np.dtype[Any]:
+    """Return float32 for single precision and float64 for all else, half precision and integers included."""
+    single = array.dtype.kind == "f" and array.dtype.itemsize == 4
+    return np.dtype(np.float32 if single else np.float64)
+
+
+def converter(source: Form, target: Form, given: np.dtype[Any]) -> Kernel:
+    """Return the kernel from one form to the other, for rotations given in a certain precision."""
+
+    def kernel(columns: Columns, outputs: Columns) -> None:
+        target.write(source.read(columns, given), outputs)
+
+    return kernel
+
+
+def convert(name: str, values: npt.ArrayLike, source: Form, target: Form) -> Array:
+    """Read `values`, which the caller calls `name`, as one form and return them in the other."""
+    array = rotation_array(name, values, source.shape)
+    dtype = result_dtype(array)
+    core = len(source.shape), len(target.shape)
+    out = np.empty(array.shape[: array.ndim - core[0]] + target.shape, dtype)
+    fill(name, array, out, core, converter(source, target, array.dtype), dtype)
+    return out

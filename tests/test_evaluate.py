@@ -1,0 +1,202 @@
+"""``python -m baselines evaluate``, on generated motion and on Human3.6M."""
+
+import json
+
+import numpy as np
+import pytest
+
+import npss
+from baselines import evaluate
+from baselines.__main__ import main
+from baselines.predictors import PREDICTORS
+
+
+def run(capsys, *arguments):
+    try:
+        status = main(["evaluate", *map(str, arguments)])
+    except SystemExit as end:
+        status = end.code
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+@pytest.fixture(autouse=True)
+def no_environment(monkeypatch, request):
+    """The default of --h36m is read when the parser is built: tests say what they want."""
+    monkeypatch.delenv("NPSS_H36M", raising=False)
+
+
+class TestSynthetic:
+    def test_records(self, capsys):
+        status, out, err = run(capsys, "--synthetic", "zero-velocity")
+        assert (status, err) == (0, "")
+        (record,) = json.loads(out)
+        assert list(record) == ["model", "action", "euler_error", "npss", "npss_windows", "signature"]
+        assert list(record["euler_error"]) == ["80", "160", "320", "400", "560", "1000"]
+        assert list(record["npss"]) == ["paper", "released", "literal"]
+        task = evaluate.synthetic_task()
+        gt = npss.poses_to_euler(task.target)
+        pred = np.broadcast_to(npss.poses_to_euler(task.seed[:, -1:]), gt.shape)
+        for name in npss.CONVENTIONS:
+            assert record["npss"][name] == npss.score(gt, pred, convention=name)
+            assert record["npss_windows"][name] == npss.score_windows(gt, pred, fps=25, convention=name)
+        assert record["euler_error"] == {str(t): e for t, e in npss.euler_error(gt, pred).items()}
+        assert npss.parse_signature(record["signature"]) == {
+            "metric": "npss+euler_error",
+            "version": 1,
+            "convention": ("paper", "released", "literal"),
+            "representation": "euler",
+            "frames": 100,
+            "fps": 25,
+            "protocol": "synthetic-64",
+            "unwrap": "off",
+            "average": "at",
+            "columns": "gt",
+        }
+
+    def test_all_models_without_a_name(self, capsys):
+        records = json.loads(run(capsys, "--synthetic")[1])
+        assert [record["model"] for record in records] == list(PREDICTORS)
+
+    def test_is_always_the_same(self, capsys):
+        assert run(capsys, "--synthetic") == run(capsys, "--synthetic")
+
+    def test_no_trivial_predictor_is_perfect_or_absurd(self):
+        task = evaluate.synthetic_task()
+        for name, predictor in PREDICTORS.items():
+            record = evaluate.evaluate(name, predictor, task)
+            assert 0.05 < record["npss"]["paper"] < 10
+            assert 0.05 < record["euler_error"]["400"] < 3
+
+    def test_table_marks_the_best(self, capsys):
+        _, out, _ = run(capsys, "--synthetic", "--format", "table")
+        rows = [line for line in out.splitlines() if line.split(" ")[0] in PREDICTORS]
+        assert len(rows) == len(PREDICTORS)
+        columns = np.array([line.split()[1:] for line in rows])
+        for column in columns.T:
+            marked = [cell for cell in column if cell.endswith("*")]
+            assert marked
+            assert min(float(cell.rstrip("*")) for cell in column) == float(marked[0][:-1])
+        assert "npss|version:1|convention:literal|representation:euler|frames:100" in out
+        assert "euler_error|version:1|" in out
+
+    def test_markdown(self, capsys):
+        _, out, _ = run(capsys, "--synthetic", "--format", "markdown")
+        assert out.startswith("### gait")
+        assert "| zero-velocity " in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "--h36m DIR names the folder"),
+        (("--synthetic", "zero-speed"), "'zero-speed' is not one of zero-velocity"),
+        (("--h36m", "nowhere"), "nowhere"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line_and_status_2(capsys, arguments, message):
+    status, out, err = run(capsys, *arguments)
+    assert (status, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+# Checked values: computed by several programs that were written independently, printed to these digits.
+PAPER_RELEASED_LITERAL = {
+    ("walking", "zero-velocity"): ("2.3341", "1.1413", "0.6119"),
+    ("walking", "repeat-50"): ("1.5069", "0.8283", "0.5553"),
+    ("eating", "zero-velocity"): ("2.5167", "0.8677", "0.5740"),
+    ("eating", "repeat-50"): ("1.8136", "0.9481", "0.5753"),
+    ("smoking", "zero-velocity"): ("2.9405", "0.9427", "0.3883"),
+    ("smoking", "repeat-50"): ("3.9637", "1.9012", "0.4687"),
+}
+WINDOWS = {
+    ("walking", "released"): ("0.142", "0.181", "0.479"),
+    ("eating", "released"): ("0.085", "0.083", "0.277"),
+    ("smoking", "released"): ("0.051", "0.027", "0.706"),
+    ("walking", "paper"): ("0.367", "0.433", "1.044"),
+    ("eating", "paper"): ("0.225", "0.307", "0.728"),
+    ("smoking", "paper"): ("0.154", "0.107", "1.076"),
+}
+EULER = {
+    "walking": ("0.394", "0.678", "0.986", "1.152", "1.351", "1.315"),
+    "eating": ("0.271", "0.479", "0.727", "0.863", "1.038", "1.375"),
+    "smoking": ("0.258", "0.483", "0.970", "0.949", "1.023", "1.694"),
+}
+UNWRAPPED = {"off": ("2.940", "0.943"), "target": ("2.417", "0.763"), "seed": ("2.081", "0.653")}
+
+
+@pytest.fixture(scope="module")
+def records(h36m_root):
+    tasks = evaluate.h36m_tasks(h36m_root, ("walking", "eating", "smoking"))
+    return {
+        (task.action, name): evaluate.evaluate(name, PREDICTORS[name], task) for task in tasks for name in PREDICTORS
+    }
+
+
+class TestHuman36M:
+    @pytest.mark.parametrize("case", PAPER_RELEASED_LITERAL)
+    def test_npss(self, records, case):
+        printed = tuple(f"{records[case]['npss'][name]:.4f}" for name in ("paper", "released", "literal"))
+        assert printed == PAPER_RELEASED_LITERAL[case]
+
+    @pytest.mark.parametrize("case", WINDOWS)
+    def test_windows(self, records, case):
+        action, convention = case
+        windows = records[action, "zero-velocity"]["npss_windows"][convention]
+        assert tuple(f"{value:.3f}" for value in windows.values()) == WINDOWS[case]
+
+    @pytest.mark.parametrize("action", EULER)
+    def test_euler_error_of_zero_velocity(self, records, action):
+        errors = records[action, "zero-velocity"]["euler_error"]
+        assert tuple(f"{error:.3f}" for error in errors.values()) == EULER[action]
+
+    def test_constant_predictions_are_equal_to_all_digits(self, records):
+        for action in EULER:
+            scores = [records[action, name]["npss"]["paper"] for name in ("zero-velocity", "running-average-4")]
+            assert scores[0] == pytest.approx(scores[1], rel=1e-12)
+
+    @pytest.mark.parametrize("unwrapped", UNWRAPPED)
+    def test_unwrapping_changes_smoking(self, h36m_root, unwrapped):
+        (task,) = evaluate.h36m_tasks(h36m_root, ("smoking",))
+        record = evaluate.evaluate("zero-velocity", PREDICTORS["zero-velocity"], task, unwrapped=unwrapped)
+        assert tuple(f"{record['npss'][name]:.3f}" for name in ("paper", "released")) == UNWRAPPED[unwrapped]
+        assert f"unwrap:{unwrapped}" in record["signature"]
+
+    @pytest.mark.parametrize("unwrapped", ["target", "seed"])
+    def test_unwrapping_does_not_change_walking_and_eating(self, h36m_root, records, unwrapped):
+        for task in evaluate.h36m_tasks(h36m_root, ("walking", "eating")):
+            record = evaluate.evaluate("zero-velocity", PREDICTORS["zero-velocity"], task, unwrapped=unwrapped)
+            assert record["npss"]["paper"] == pytest.approx(records[task.action, "zero-velocity"]["npss"]["paper"])
+
+    def test_dc_is_nearly_all_of_the_weight(self, h36m_root):
+        for task in evaluate.h36m_tasks(h36m_root, ("walking", "eating", "smoking")):
+            transform = np.fft.fft(npss.poses_to_euler(task.target), axis=1)
+            for power in (np.square(np.abs(transform)), np.square(transform.real)):
+                assert 0.94 < power[:, 0].sum() / power.sum() < 0.985
+
+    def test_the_command(self, capsys, h36m_root, records):
+        status, out, _ = run(
+            capsys, "zero-velocity", "repeat-50", "--h36m", h36m_root, "--actions", "walking", "--format", "json"
+        )
+        assert status == 0
+        assert json.loads(out) == [records["walking", name] for name in ("zero-velocity", "repeat-50")]
+
+    def test_256_windows(self, capsys, h36m_root):
+        _, out, _ = run(capsys, "zero-velocity", "--h36m", h36m_root, "--actions", "walking", "--windows", "random-256")
+        (record,) = json.loads(out)
+        assert "protocol:random-256" in record["signature"]
+        assert 1.5 < record["npss"]["paper"] < 3.5
+
+
+@pytest.mark.parametrize(
+    ("file", "action"), [("wookay_walking_10000.h5", "walking"), ("wookay_eating_1000.h5", "eating")]
+)
+def test_error_curves_stored_by_another_project(capsys, samples_root, file, action):
+    pytest.importorskip("h5py")
+    from npss._cli import main as npss_main
+
+    assert npss_main(["score", str(samples_root / file), "--format", "json"]) == 0
+    (record,) = json.loads(capsys.readouterr().out)
+    assert record["action"] == action
+    assert record["stored_curve_difference"] < 1e-6
