@@ -32,9 +32,11 @@ class Task(NamedTuple):
     target: npt.NDArray[np.floating[Any]]  # (N, 100, 99)
 
 
-def h36m_tasks(root: Path, actions: Sequence[str], windows: str = "srnn-8") -> Iterator[Task]:
+def h36m_tasks(
+    root: Path, actions: Sequence[str], windows: str = "srnn-8", *, cache: Path | None = None
+) -> Iterator[Task]:
     """Yield the test windows of the actions, in the files of Human3.6M below `root`."""
-    data = h36m.open_root(root)
+    data = h36m.open_root(root, cache=cache)
     for action in actions:
         seed, target = h36m.load_test_windows(data, action, windows)
         # Reference numbers are computed in float64 throughout.
@@ -129,6 +131,9 @@ def add_parser(commands: Any) -> None:
         default=os.environ.get("NPSS_H36M"),
         help="the folder of Human3.6M's dataset/ (default: the environment variable NPSS_H36M)",
     )
+    parser.add_argument(
+        "--cache", type=Path, metavar="DIR", help="keep the files there in binary, to load faster next time"
+    )
     source.add_argument("--synthetic", action="store_true", help="a generated gait, which needs no data")
     parser.add_argument("--actions", nargs="+", default=("walking", "eating", "smoking"), metavar="ACTION")
     parser.add_argument(
@@ -159,7 +164,7 @@ def run(options: argparse.Namespace) -> None:
     elif options.h36m is None:
         raise ValueError("--h36m DIR names the folder of Human3.6M; --synthetic needs no data")
     else:
-        tasks = h36m_tasks(Path(options.h36m), options.actions, options.windows)
+        tasks = h36m_tasks(Path(options.h36m), options.actions, options.windows, cache=options.cache)
     records = [evaluate(name, PREDICTORS[name], task, unwrapped=options.unwrap) for task in tasks for name in names]
     form = options.format or ("table" if sys.stdout.isatty() else "json")
     if form == "json":

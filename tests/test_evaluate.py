@@ -182,6 +182,12 @@ class TestHuman36M:
         assert status == 0
         assert json.loads(out) == [records["walking", name] for name in ("zero-velocity", "repeat-50")]
 
+    def test_a_cache_changes_nothing(self, capsys, h36m_root, records, tmp_path):
+        arguments = ("repeat-50", "--h36m", h36m_root, "--actions", "eating", "--cache", tmp_path / "cache")
+        for _ in range(2):
+            assert json.loads(run(capsys, *arguments)[1]) == [records["eating", "repeat-50"]]
+        assert len(list((tmp_path / "cache").iterdir())) == 2
+
     def test_256_windows(self, capsys, h36m_root):
         _, out, _ = run(capsys, "zero-velocity", "--h36m", h36m_root, "--actions", "walking", "--windows", "random-256")
         (record,) = json.loads(out)

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from baselines.data.fixed_point import read_fixed_point
 from npss._checks import one_of, positive_integer
 from npss.protocol import ACTIONS, FPS, TEST_SUBJECT, TRAIN_SUBJECTS, random_windows, srnn_windows
 
@@ -274,13 +273,10 @@ def _read(path: Path, cache: Path | None) -> Float32:
 
 def _parse(path: Path) -> Float32:
     """Read the text of a file; each number is the float32 nearest to its decimal digits' float64."""
-    rows: Float32 | None = read_fixed_point(path.read_bytes(), POSE)
-    if rows is not None:
-        return rows
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of an empty file, for which there is an error below
-            rows = np.loadtxt(path, dtype=np.float32, delimiter=",", comments=None, ndmin=2)
+            rows: Float32 = np.loadtxt(path, dtype=np.float32, delimiter=",", comments=None, ndmin=2)
     except ValueError as error:
         raise ValueError(f"{path}: {_fault(path) or error}") from error
     if rows.shape[1] != POSE or not np.isfinite(rows).all():

@@ -91,7 +91,7 @@ def expmap_to_euler(v: npt.ArrayLike, *, seq: str = H36M, legacy: bool = False) 
         axes of the moving frame (intrinsic), lower case for those of the fixed frame (extrinsic), the first
         letter first; ``"XYZ"`` is Rx(a) @ Ry(b) @ Rz(c), ``"xyz"`` is Rz(c) @ Ry(b) @ Rx(a).
     legacy : bool
-        Reproduce the released code of [1]_ to rounding, flaws included; only with ``seq="h36m"``.
+        Reproduce the released code of the NPSS paper to rounding, flaws included; only with ``seq="h36m"``.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def expmap_to_euler(v: npt.ArrayLike, *, seq: str = H36M, legacy: bool = False) 
 
     Notes
     -----
-    With the matrix R of v the Human3.6M angles are those of [1]_, the negated angles of ``"XYZ"``::
+    With the matrix R of v the Human3.6M angles are those of the NPSS paper, the negated angles of ``"XYZ"``::
 
         E2 = -asin R[0, 2]
         E1 = atan2(R[1, 2] / cos E2, R[2, 2] / cos E2)
@@ -127,7 +127,7 @@ def expmap_to_euler(v: npt.ArrayLike, *, seq: str = H36M, legacy: bool = False) 
 
     References
     ----------
-    .. [1] A. Gopalakrishnan, A. Mali, D. Kifer, C. L. Giles, A. G. Ororbia. "A Neural Temporal Model for
+    A. Gopalakrishnan, A. Mali, D. Kifer, C. L. Giles, A. G. Ororbia. "A Neural Temporal Model for
        Human Motion Prediction." CVPR 2019.
 
     Examples
