@@ -16,7 +16,7 @@ import numpy.typing as npt
 from baselines.data import gait, h36m
 from baselines.predictors import PREDICTORS, Predictor
 from npss import poses_to_euler, protocol
-from npss._records import Record, measure, signature_of
+from npss._records import Record, measure
 from npss._tables import table
 
 N_SEED, N_TARGET = 50, 100
@@ -66,7 +66,7 @@ def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "o
     Returns
     -------
     dict
-        ``model``, ``action``, ``euler_error``, ``npss``, ``npss_windows`` and ``signature``.
+        ``model``, ``action``, ``euler_error``, ``npss``, ``npss_windows``, ``signature`` and ``signatures``.
     """
     seed, gt = poses_to_euler(task.seed), poses_to_euler(task.target)
     pred = poses_to_euler(predictor(task.seed, task.target.shape[1]))
@@ -86,30 +86,24 @@ def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "o
 
 
 def leaderboard(records: Sequence[Record], *, markdown: bool = False) -> str:
-    """Lay records out as a table for people: models as rows, an action after the other, the best marked ``*``."""
+    """Lay records out for people: a table an action, models in the order of NPSS, the best of each column marked."""
     parts = []
     for action in dict.fromkeys(record["action"] for record in records):
         of_action = [record for record in records if record["action"] == action]
-        first = of_action[0]
-        columns: dict[str, list[float]] = {}
-        for name in first["npss"]:
-            columns[f"NPSS {name}"] = [record["npss"][name] for record in of_action]
-        for time in first["euler_error"]:
-            columns[f"{time} ms"] = [record["euler_error"][time] for record in of_action]
-        cells = [[record["model"] for record in of_action]]
-        cells += [
-            [f"{value:.4f}"[:6] + ("*" if value == min(values) else " ") for value in values]
-            for values in columns.values()
+        convention = next(iter(of_action[0]["npss"]))
+        of_action.sort(key=lambda record: record["npss"][convention])
+        columns = {f"NPSS {name}": [record["npss"][name] for record in of_action] for name in of_action[0]["npss"]}
+        columns |= {
+            f"{time} ms": [record["euler_error"][time] for record in of_action] for time in of_action[0]["euler_error"]
+        }
+        cells = [
+            [f"{value:.4f}" + ("*" if value == min(values) else " ") for value in values] for values in columns.values()
         ]
-        rows = [list(row) for row in zip(*cells, strict=True)]
-        signatures = [signature_of(first, "npss", name) for name in first["npss"]]
-        signatures.append(signature_of(first, "euler_error"))
-        parts.append(
-            f"{'### ' if markdown else ''}{action} (lower is better, * best; under ms: Euler error in radians)\n\n"
-            + table(["model", *columns], rows, "l" + "r" * len(columns), markdown=markdown)
-            + "\n\n"
-            + "\n".join(f"    {line}" for line in signatures)
-        )
+        rows = [[record["model"], *row] for record, row in zip(of_action, zip(*cells, strict=True), strict=True)]
+        heading = f"{action} (lower is better, * best; under ms: Euler error in radians)"
+        parts.append(f"### {heading}" if markdown else heading)
+        parts.append(table(["model", *columns], rows, "l" + "r" * len(columns), markdown=markdown))
+        parts.append("\n".join(f"    {line}" for line in of_action[0]["signatures"].values()))
     return "\n\n".join(parts)
 
 
@@ -128,18 +122,22 @@ def add_parser(commands: Any) -> None:
         "--h36m",
         type=Path,
         metavar="DIR",
-        default=os.environ.get("NPSS_H36M"),
+        default=os.environ.get("NPSS_H36M") or None,
         help="the folder of Human3.6M's dataset/ (default: the environment variable NPSS_H36M)",
     )
     parser.add_argument(
         "--cache", type=Path, metavar="DIR", help="keep the files there in binary, to load faster next time"
     )
     source.add_argument("--synthetic", action="store_true", help="a generated gait, which needs no data")
-    parser.add_argument("--actions", nargs="+", default=("walking", "eating", "smoking"), metavar="ACTION")
+    parser.add_argument(
+        "--actions",
+        nargs="+",
+        metavar="ACTION",
+        help="of Human3.6M (default: walking eating smoking); models come first",
+    )
     parser.add_argument(
         "--windows",
         choices=h36m.WINDOWS,
-        default="srnn-8",
         help="the eight windows of published tables (default), or 256 random ones",
     )
     parser.add_argument(
@@ -160,11 +158,14 @@ def run(options: argparse.Namespace) -> None:
     if unknown := [name for name in names if name not in PREDICTORS]:
         raise ValueError(f"MODEL: {unknown[0]!r} is not one of {', '.join(PREDICTORS)}")
     if options.synthetic:
+        if options.actions or options.windows:
+            raise ValueError("--synthetic has one action and its own windows: leave out --actions and --windows")
         tasks: Iterator[Task] = iter([synthetic_task()])
     elif options.h36m is None:
         raise ValueError("--h36m DIR names the folder of Human3.6M; --synthetic needs no data")
     else:
-        tasks = h36m_tasks(Path(options.h36m), options.actions, options.windows, cache=options.cache)
+        actions = options.actions or ("walking", "eating", "smoking")
+        tasks = h36m_tasks(Path(options.h36m), actions, options.windows or h36m.WINDOWS[0], cache=options.cache)
     records = [evaluate(name, PREDICTORS[name], task, unwrapped=options.unwrap) for task in tasks for name in names]
     form = options.format or ("table" if sys.stdout.isatty() else "json")
     if form == "json":

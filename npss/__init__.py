@@ -12,6 +12,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from npss._accumulator import Accumulator
 from npss._convention import CONVENTIONS, Convention
 from npss._euler_error import euler_error, euler_error_curve, mse
 from npss._score import score, score_windows
@@ -28,6 +29,7 @@ __version__ = "0.1.0"
 __all__ = [
     "CONVENTIONS",
     "METRIC_VERSION",
+    "Accumulator",
     "Convention",
     "__version__",
     "euler_error",

@@ -6,10 +6,13 @@ have to be guessed; name the argument, the shape and the first bad index; never 
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+
+Item = TypeVar("Item")
 
 #: Any array of real numbers, of whatever precision.
 Array = npt.NDArray[Any]
@@ -53,7 +56,8 @@ def real_array(name: str, values: npt.ArrayLike) -> Array:
     ValueError
         If nested lists are of unequal length.
     """
-    if isinstance(values, np.ma.MaskedArray):
+    parts = values if isinstance(values, list | tuple) else [values]
+    if any(isinstance(part, np.ma.MaskedArray) for part in parts):
         raise TypeError(
             f"{name}: masked arrays are refused, because a masked entry has no value to score; "
             f"fill it (array.filled(...)) or leave its sequence out"
@@ -71,10 +75,15 @@ def real_array(name: str, values: npt.ArrayLike) -> Array:
     if kind not in "iuf":
         what = _REFUSED.get(kind, "values of another kind")
         raise TypeError(f"{name}: expected real numbers, got {what} (dtype {array.dtype})")
+    if kind == "f" and array.dtype.itemsize > 8:  # all is computed in float64
+        with np.errstate(over="ignore"):
+            narrow = array.astype(np.float64)
+        check_finite(name, narrow, " in float64")
+        return narrow
     return array
 
 
-def check_finite(name: str, array: Array) -> None:
+def check_finite(name: str, array: Array, where: str = "") -> None:
     """Raise a ValueError that names the first index, in C order, at which `array` is NaN or infinite."""
     blocks = array.reshape(1) if array.ndim == 0 else array
     rows = max(1, _BLOCK * len(blocks) // max(blocks.size, 1))  # bounded memory for arrays larger than it
@@ -83,7 +92,7 @@ def check_finite(name: str, array: Array) -> None:
         if not finite.all():
             first = np.unravel_index(int(np.argmin(finite)), finite.shape)
             index = (int(first[0]) + top, *(int(i) for i in first[1:]))[: array.ndim]
-            raise ValueError(f"{name}: {array[index]} at index {index}; every value must be finite")
+            raise ValueError(f"{name}: {array[index]} at index {index}{where}; every value must be finite")
 
 
 def motion_array(name: str, values: npt.ArrayLike) -> Array:
@@ -124,9 +133,32 @@ def one_of(name: str, value: object, choices: tuple[str, ...]) -> None:
         raise ValueError(f"{name}: expected one of {', '.join(choices)}, got {value!r}")
 
 
+def each(name: str, values: Iterable[Item]) -> list[Item]:
+    """Read several values, where somebody may have given a single one.
+
+    Raises
+    ------
+    TypeError
+        If it is no iterable, or text.
+    """
+    if isinstance(values, str | bytes) or not isinstance(values, Iterable):
+        raise TypeError(f"{name}: expected a sequence of numbers, got {values!r}")
+    return list(values)
+
+
+def is_integer(value: object) -> TypeGuard[int]:
+    """Say whether a value is an int or a numpy integer, and not a bool."""
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def is_real(value: object) -> TypeGuard[float]:
+    """Say whether a value is a whole number, a float or a numpy float, and not a bool."""
+    return is_integer(value) or isinstance(value, float | np.floating)
+
+
 def positive_number(name: str, value: object) -> float:
     """Read a positive, finite real number (an int or a float, not a bool)."""
-    if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.integer | np.floating):
+    if not is_real(value):
         raise TypeError(f"{name}: expected a positive number, got {value!r}")
     number = float(value)
     if not (np.isfinite(number) and number > 0):
@@ -136,7 +168,7 @@ def positive_number(name: str, value: object) -> float:
 
 def positive_integer(name: str, value: object) -> int:
     """Read a positive integer (an int or a numpy integer, not a bool)."""
-    if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
+    if not is_integer(value):
         raise TypeError(f"{name}: expected a positive integer, got {value!r}")
     if value <= 0:
         raise ValueError(f"{name}: expected a positive integer, got {value!r}")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from types import MappingProxyType
 from typing import Literal
 
 from npss._checks import one_of
@@ -16,7 +18,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Convention:
     """The choices that turn two motions into one NPSS; equal conventions give equal numbers.
 
@@ -83,11 +85,13 @@ class Convention:
 
 #: The named conventions: ``paper`` (what the text defines, the default), ``released`` (what published tables hold)
 #: and ``literal`` (equations 7 to 9 as printed).
-CONVENTIONS: dict[str, Convention] = {
-    "paper": Convention(),
-    "released": Convention(power="real", zero="empty"),
-    "literal": Convention(distance="spectrum", weight="uniform"),
-}
+CONVENTIONS: Mapping[str, Convention] = MappingProxyType(
+    {
+        "paper": Convention(),
+        "released": Convention(power="real", zero="empty"),
+        "literal": Convention(distance="spectrum", weight="uniform"),
+    }
+)
 
 
 def as_convention(convention: str | Convention) -> Convention:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array, Float64, check_finite, motion_pair, one_of, positive_number
+from npss._checks import Array, Float64, check_finite, each, motion_pair, one_of, positive_number
 from npss._exact_sum import UNIT, exact_sum
 from npss._frames import whole_frames
 
@@ -22,10 +22,10 @@ def euler_error(
     pred: npt.ArrayLike,
     *,
     fps: float = 25,
-    at_ms: Sequence[int] = (80, 160, 320, 400, 560, 1000),
+    at_ms: Sequence[float] = (80, 160, 320, 400, 560, 1000),
     columns: str = "gt",
     average: str = "at",
-) -> dict[int, float]:
+) -> dict[float, float]:
     """Euler angle error at given times: the field's "MSE", which is a mean of norms, not of squares.
 
     In each frame, the Euclidean norm over features of the difference of Euler angles; then the mean over sequences.
@@ -36,7 +36,7 @@ def euler_error(
         Ground truth and prediction: Euler angles in radians. For Human3.6M poses, those of `poses_to_euler`.
     fps : float, optional
         Frames per second.
-    at_ms : sequence of int, optional
+    at_ms : sequence of float, optional
         Times in milliseconds after the last seed frame: at 25 frames per second, 80 ms is the second predicted frame.
     columns : {'gt', 'pred', 'all'}, optional
         Which features count in a sequence: those that move, that is whose standard deviation over the T frames
@@ -47,13 +47,13 @@ def euler_error(
 
     Returns
     -------
-    dict of int to float
-        The error at each time, in radians.
+    dict of float to float
+        The error at each time, in radians; whole numbers of milliseconds are ints.
 
     Raises
     ------
     TypeError
-        If `gt` or `pred` does not hold real numbers, or a time is not a whole number.
+        If `gt` or `pred` does not hold real numbers, or a time is no number.
     ValueError
         If the shapes are wrong or differ, a value is NaN or infinite, no feature of a sequence moves in the ground
         truth, or a time is not a frame or beyond the last one: then the message names the nearest times there are.
@@ -79,12 +79,10 @@ def euler_error(
     one_of("average", average, ("at", "up-to"))
     rate = positive_number("fps", fps)
     truth, prediction = motion_pair(gt, pred)
-    frames: dict[int, int] = {}
-    for time in at_ms:
-        if isinstance(time, bool | np.bool_) or not isinstance(time, int | np.integer):
-            raise TypeError(f"at_ms: expected whole milliseconds, got {time!r}")
+    frames: dict[float, int] = {}
+    for time in each("at_ms", at_ms):
         count = whole_frames("at_ms", time, rate, first=1, last=truth.shape[-2], per_second=1000)
-        frames[int(time)] = count
+        frames[int(time) if time == int(time) else float(time)] = count
     curve = _curve(truth, prediction, columns)
     if average == "at":
         return {time: float(curve[count - 1]) for time, count in frames.items()}
@@ -175,11 +173,13 @@ def _curve(gt: Array, pred: Array, columns: str) -> Float64:
     curve = np.zeros(gt.shape[-2])
     with np.errstate(all="ignore"):
         for top, first, second in _blocks(gt, pred):
-            norms, moves = _norms(first, second, columns, MOVES)
+            moves = _moving(second if columns == "pred" else first)
+            if columns == "all":
+                moves[...] = True
+            norms = _norms(first, second, moves)
             if not np.isfinite(norms).all():
                 first, second, shift = _scaled(first, second, gt, pred)
-                norms, moves = _norms(first, second, columns, math.ldexp(MOVES, -shift))
-                norms = np.ldexp(norms, shift)
+                norms = np.ldexp(_norms(first, second, moves), shift)
             still = ~moves.any(axis=1)
             if columns == "gt" and still.any():
                 raise ValueError(
@@ -192,14 +192,10 @@ def _curve(gt: Array, pred: Array, columns: str) -> Float64:
     return curve
 
 
-def _norms(first: Float64, second: Float64, columns: str, threshold: float) -> tuple[Float64, npt.NDArray[np.bool_]]:
-    """Return the Euclidean norms ``(n, T)`` of the difference, and the features that count in them ``(n, D)``."""
+def _norms(first: Float64, second: Float64, moves: npt.NDArray[np.bool_]) -> Float64:
+    """Return the Euclidean norms ``(n, T)`` of the difference of the features that count, ``(n, D)``."""
     difference = first - second
-    if columns == "all":
-        moves = np.ones((len(first), first.shape[2]), bool)
-    else:
-        moves = _moving(first if columns == "gt" else second, threshold)
-        difference *= moves[:, np.newaxis]
+    difference *= moves[:, np.newaxis]
     squares = np.einsum("ntd,ntd->nt", difference, difference)
     norms: Float64 = np.sqrt(squares)
     tiny = squares < 1e-280
@@ -208,19 +204,19 @@ def _norms(first: Float64, second: Float64, columns: str, threshold: float) -> t
         shift = np.frexp(np.abs(frames).max(axis=-1))[1]
         scaled = np.ldexp(frames, -shift[:, np.newaxis])
         norms[tiny] = np.ldexp(np.sqrt(np.square(scaled).sum(axis=-1)), shift)
-    return norms, moves
+    return norms
 
 
-def _moving(motion: Float64, threshold: float) -> npt.NDArray[np.bool_]:
-    """Return where the standard deviation over the frames exceeds the threshold, ``(n, D)``.
+def _moving(motion: Float64) -> npt.NDArray[np.bool_]:
+    """Return where the standard deviation over the frames exceeds `MOVES`, ``(n, D)``.
 
     It lies between the range / sqrt(2 T) and the range / 2, so only the features in between need it.
     """
     span = motion.max(axis=1) - motion.min(axis=1)
-    moves: npt.NDArray[np.bool_] = span > 1.001 * threshold * math.sqrt(2 * motion.shape[1])
-    sequence, feature = np.nonzero(~moves & (span > threshold))
+    moves: npt.NDArray[np.bool_] = span > 1.001 * MOVES * math.sqrt(2 * motion.shape[1])
+    sequence, feature = np.nonzero(~moves & (span > MOVES))
     if sequence.size:
-        moves[sequence, feature] = motion[sequence, :, feature].std(axis=1) > threshold
+        moves[sequence, feature] = motion[sequence, :, feature].std(axis=1) > MOVES
     return moves
 
 

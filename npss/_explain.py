@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from npss._convention import CONVENTIONS, Convention, as_convention, convention_name
-from npss._signature import METRIC_VERSION, parse_signature
+from npss._signature import METRIC_VERSION, parse_signature, stated_of
 
 _CHOICES = {
     ("power", "magnitude"): "the power of a frequency is the squared magnitude of its Fourier coefficient",
@@ -51,9 +51,8 @@ _MEANINGS = {
     ("average", "up-to"): "averaged up to the stated times",
 }
 
-_SUBJECTS = {"npss": "NPSS", "euler_error": "Euler error"}
-
-#: What a number must state to stand beside a published one: for each table, the fields and their values.
+#: What a number must state to stand beside a published one: for each table, the fields and their values; None for a
+#: field that may be left out. A field that no table knows makes the number another one.
 _TABLES: dict[str, dict[str, dict[str, tuple[object, ...]]]] = {
     "npss": {
         "tables 4 and 5 of the NPSS paper (Human3.6M)": {
@@ -63,6 +62,7 @@ _TABLES: dict[str, dict[str, dict[str, tuple[object, ...]]]] = {
             "frames": (100,),
             "protocol": ("srnn-8",),
             "unwrap": ("off",),
+            "window": ("0-1", "1-2", "2-4", None),
         },
         "the LaFAN1 in-betweening tables": {
             "convention": ("released",),
@@ -77,6 +77,7 @@ _TABLES: dict[str, dict[str, dict[str, tuple[object, ...]]]] = {
         "tables 6 and 7 of the NPSS paper (Human3.6M)": {
             "representation": ("euler",),
             "fps": (25,),
+            "frames": (100,),
             "protocol": ("srnn-8",),
             "unwrap": ("off",),
             "columns": ("gt",),
@@ -125,7 +126,7 @@ def explain(signature: str) -> str:
     lines.append(f"Version of the metric: {version}, {same}.")
     for metric in values["metric"].split("+"):
         for table, needed in _TABLES.get(metric, {}).items():
-            lines.append(_compare(metric, values, table, needed))
+            lines.append(_compare(stated_of(metric, values), table, needed))
     return "\n".join(lines)
 
 
@@ -154,24 +155,27 @@ def _conventions(values: dict[str, Any]) -> list[Convention]:
     return [as_convention(one) for one in several]
 
 
-def _compare(metric: str, values: dict[str, Any], table: str, needed: dict[str, tuple[object, ...]]) -> str:
-    missing: list[str] = []
+def _compare(values: dict[str, Any], table: str, needed: dict[str, tuple[object, ...]]) -> str:
+    known = {"metric", "version", *needed}
+    missing = [name for name, allowed in needed.items() if name not in values and None not in allowed]
+    missing += [f"what {name} means" for name in values if name not in known and values[name] is not None]
     differing: list[str] = []
+    subject = {"npss": "NPSS", "euler_error": "Euler error"}[values["metric"]]
     for name, allowed in needed.items():
         if name == "convention":
             # A line that states several conventions belongs to several scores: that of the table's own is meant.
             if CONVENTIONS["released"] not in _conventions(values):
                 differing.append("the convention must be released")
-        elif name not in values:
-            missing.append(name)
-        elif values[name] not in allowed:
-            wanted = " or ".join(str(value) for value in allowed)
+            elif len(_conventions(values)) > 1:
+                subject = "NPSS released (of the several scores, that one alone)"
+        elif name in values and values[name] not in allowed:
+            wanted = " or ".join(str(value) for value in allowed if value is not None)
             differing.append(f"{name} must be {wanted}, not {values[name]}")
     if values["version"] != METRIC_VERSION:
         differing.append(f"version must be {METRIC_VERSION}, not {values['version']}")
     if differing:
-        return f"{_SUBJECTS[metric]}: not comparable with {table}: {'; '.join(differing)}."
+        return f"{subject}: not comparable with {table}: {'; '.join(differing)}."
     if missing:
         unknown = ", ".join(missing)
-        return f"{_SUBJECTS[metric]}: whether it is comparable with {table} cannot be told: not stated: {unknown}."
-    return f"{_SUBJECTS[metric]}: comparable with {table}."
+        return f"{subject}: whether it is comparable with {table} cannot be told: not stated: {unknown}."
+    return f"{subject}: comparable with {table}."

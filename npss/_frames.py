@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
+from npss._checks import is_real
 
 _MOST = 2**53  # frames; beyond, floats skip some
 
@@ -32,12 +32,12 @@ def whole_frames(name: str, time: float, fps: float, *, first: int = 0, last: in
     ValueError
         If it is not a whole number of frames, or is out of range: names the nearest times that are allowed.
     """
-    if isinstance(time, bool | np.bool_) or not isinstance(time, int | float | np.integer | np.floating):
+    if not is_real(time):
         raise TypeError(f"{name}: expected a time in {_unit(per_second)}, got {time!r}")
     try:
         frames = float(time) * fps / per_second
     except OverflowError:
-        frames = math.inf
+        raise ValueError(f"{name}: a whole number beyond float64 is not a frame") from None
     if not math.isfinite(frames):
         raise ValueError(f"{name}: {time} {_unit(per_second)} at {fps:g} frames per second is not a frame")
     nearest = round(frames)
@@ -50,7 +50,7 @@ def whole_frames(name: str, time: float, fps: float, *, first: int = 0, last: in
     nearby = " and ".join(f"{count * per_second / fps:.10g}" for count in allowed)
     why = "is out of range" if whole else "is not a whole number of frames"
     raise ValueError(
-        f"{name}: {time:g} {_unit(per_second)} {why} at {fps:g} frames per second; "
+        f"{name}: {time:.12g} {_unit(per_second)} {why} at {fps:g} frames per second; "
         f"nearest: {nearby} {_unit(per_second)}"
     )
 

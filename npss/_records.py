@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy.typing as npt
 
-from npss._checks import positive_number
-from npss._convention import CONVENTIONS
+from npss._checks import motion_pair, positive_number
+from npss._convention import CONVENTIONS, as_convention
 from npss._euler_error import euler_error
-from npss._score import score, score_windows
-from npss._signature import Value, parse_signature, signature
+from npss._progress import Progress
+from npss._score import quotient, score_windows, weighted_sums
+from npss._signature import Value, parse_signature, signature, stated_of
 from npss._unwrap import unwrap
 
 Record = dict[str, Any]
@@ -27,6 +28,7 @@ def measure(
     edges_s: Sequence[float] = (),
     unwrapped: str = "off",
     seed: npt.ArrayLike | None = None,
+    workers: int = 1,
     **context: Value,
 ) -> Record:
     """Measure a prediction by every metric that is asked for.
@@ -47,6 +49,8 @@ def measure(
         Remove jumps of 2 pi before NPSS (never for the Euler error): over the target alone, or from the seed on.
     seed : array_like, optional
         The seed frames, for ``unwrapped='seed'``.
+    workers : int, optional
+        As for `score`.
     **context
         What else the signature states.
 
@@ -54,7 +58,7 @@ def measure(
     -------
     dict
         ``npss`` by convention, ``npss_windows`` by convention and window, ``euler_error`` by time, as far as they were
-        asked for, and the one ``signature`` of them all; `signature_of` gives that of each number.
+        asked for; the one ``signature`` of them all, and ``signatures``, that of each number by metric or convention.
     """
     record: Record = {}
     stated: dict[str, Any] = {"unwrap": unwrapped, **context}
@@ -69,13 +73,21 @@ def measure(
     if unwrapped != "off":
         start = seed if unwrapped == "seed" else None
         gt, pred = unwrap(gt, seed=start), unwrap(pred, seed=start)
-    record["npss"] = {name: score(gt, pred, convention=name) for name in conventions}
+    record["npss"] = {}
+    for name in conventions:
+        with Progress(f"NPSS {name}") as progress:
+            sums = weighted_sums(*motion_pair(gt, pred), as_convention(name), workers=workers, progress=progress)
+        record["npss"][name] = quotient(*sums)
     if edges_s:
         record["npss_windows"] = {
-            name: score_windows(gt, pred, fps=_needed(fps), edges_s=edges_s, convention=name) for name in conventions
+            name: score_windows(gt, pred, fps=_needed(fps), edges_s=edges_s, convention=name, workers=workers)
+            for name in conventions
         }
     named = conventions[0] if len(conventions) == 1 else tuple(conventions)
     record["signature"] = signature(named, metric=metric, **stated)
+    record["signatures"] = {name: signature_of(record, "npss", name) for name in conventions}
+    if at_ms:
+        record["signatures"]["euler_error"] = signature_of(record, "euler_error")
     return record
 
 
@@ -93,12 +105,8 @@ def signature_of(record: Record, metric: str, convention: str | None = None, **c
     **context
         What is particular to that number, such as ``window='0-1'``.
     """
-    stated = {**parse_signature(record["signature"]), "metric": metric, "convention": convention, **context}
-    if metric == "npss":
-        stated = {name: value for name, value in stated.items() if name not in ("columns", "average")}
-    else:
-        stated["unwrap"] = "off"  # which is done for NPSS alone
-    return signature(**stated)
+    stated = stated_of(metric, parse_signature(record["signature"]))
+    return signature(**{**stated, "convention": convention, **context})
 
 
 def _needed(fps: float | None) -> float:

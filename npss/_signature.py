@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from npss._checks import each, is_integer, positive_integer
 from npss._convention import Convention, as_convention, convention_name
 
 #: Raised only when a change of the library changes a number. It says so in the changelog, too.
@@ -71,7 +72,8 @@ def signature(
     TypeError
         If a value is not text, a number or a truth value.
     ValueError
-        If a value is NaN or infinite, or a convention or metric is not one.
+        If a value is NaN or infinite, a convention or metric is not one, or a convention is given for a metric that has
+        none.
 
     Examples
     --------
@@ -85,9 +87,11 @@ def signature(
         raise TypeError(f"metric: expected text such as 'npss', got {metric!r}")
     if not re.fullmatch(_METRIC, metric):
         raise ValueError(f"metric: expected lower-case names joined by '+', got {metric!r}")
-    parts = [metric, f"version:{_write('version', version)}"]
+    parts = [metric, f"version:{positive_integer('version', version)}"]
     if convention is not None:
-        several = [convention] if isinstance(convention, str | Convention) else list(convention)
+        if "npss" not in metric.split("+"):
+            raise ValueError(f"convention: {metric} has none; pass None")
+        several = [convention] if isinstance(convention, str | Convention) else each("convention", convention)
         if not several:
             raise ValueError("convention: expected at least one")
         parts.append("convention:" + "+".join(_write_convention(one) for one in several))
@@ -138,10 +142,24 @@ def parse_signature(signature: str) -> dict[str, Any]:
         if not colon or not re.fullmatch(_FIELD, name) or name in values:
             raise ValueError(f"signature: {part!r} is not a new field 'name:value' in {signature!r}")
         values[name] = _read_convention(text) if name == "convention" else _read(name, text)
-    if not isinstance(values.get("version"), int):
+    if not is_integer(values.get("version")):
         raise ValueError(f"signature: no whole number as version in {signature!r}")
     values.setdefault("convention", None)
     return values
+
+
+def stated_of(metric: str, values: dict[str, Any]) -> dict[str, Any]:
+    """Return what a parsed signature, perhaps of several metrics, states of one of them."""
+    if values["metric"] == metric:
+        return values
+    stated = {**values, "metric": metric}
+    if metric == "npss":
+        for name in ("columns", "average"):  # of the Euler error
+            stated.pop(name, None)
+    else:
+        stated["convention"] = None
+        stated["unwrap"] = "off"  # which, in a record, is done for NPSS alone
+    return stated
 
 
 def _write(name: str, value: object) -> str:

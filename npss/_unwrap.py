@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array, Float64, check_finite, motion_array
+from npss._checks import Float64, check_finite, motion_array
 
 _LARGEST = 1e12  # radians, of which float64 still resolves 1e-4
 
@@ -60,8 +60,8 @@ def unwrap(angles: npt.ArrayLike, *, seed: npt.ArrayLike | None = None) -> Float
     return _unwrap(np.concatenate([before, frames], axis=-2))[..., before.shape[-2] :, :]
 
 
-def _angles(name: str, values: npt.ArrayLike) -> Array:
-    angles = motion_array(name, values)
+def _angles(name: str, values: npt.ArrayLike) -> Float64:
+    angles = motion_array(name, values).astype(np.float64)
     check_finite(name, angles)
     large = np.abs(angles) > _LARGEST
     if large.any():
@@ -70,5 +70,5 @@ def _angles(name: str, values: npt.ArrayLike) -> Array:
     return angles
 
 
-def _unwrap(frames: Array) -> Float64:
-    return np.unwrap(frames.astype(np.float64), period=math.tau, axis=-2)
+def _unwrap(frames: Float64) -> Float64:
+    return np.unwrap(frames, period=math.tau, axis=-2)

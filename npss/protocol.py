@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array, Float64, check_finite, positive_integer, positive_number, real_array
+from npss._checks import Array, Float64, check_finite, each, is_integer, positive_integer, positive_number, real_array
 from npss._frames import whole_frames
 from npss.rotations._forms import result_dtype
 
@@ -50,7 +50,7 @@ TRAIN_SUBJECTS = (1, 6, 7, 8, 9, 11)
 
 _SEED = 1234567890  # of the generator that draws the windows
 _FIRST = 16  # the first frame that may be drawn
-_RANDOM_SEED, _RANDOM_TARGET = 50, 100  # frames around the boundary for which the random windows leave room
+_SEED_ROOM, _TARGET_ROOM = 50, 100  # frames before and after the boundary for which a draw leaves room
 _CONSTANT = 1e-4  # columns with a smaller standard deviation are dropped
 
 
@@ -98,9 +98,11 @@ def srnn_windows(lengths: Sequence[int], *, n_seed: int = 50, n_target: int = 10
     ----------
     lengths : sequence of int
         The lengths in frames, at 25 frames per second, of the test subject's two clips of the action.
-    n_seed, n_target : int, optional
-        Frames to see and frames to predict. Windows of another total length are other windows: their start is drawn
-        from another range.
+    n_seed : int, optional
+        Frames to see, at most 50: the last ones before the boundary between seed and target.
+    n_target : int, optional
+        Frames to predict, at most 100. The boundaries are the same whatever the two are, so that models which see more
+        or predict less are still compared on the same frames.
 
     Returns
     -------
@@ -112,7 +114,7 @@ def srnn_windows(lengths: Sequence[int], *, n_seed: int = 50, n_target: int = 10
     TypeError
         If a length or a number of frames is not an integer.
     ValueError
-        If there are not two lengths, one is too short to draw from, or a number is not positive.
+        If there are not two lengths, one is too short to draw from, or a number of frames is out of range.
 
     Notes
     -----
@@ -132,9 +134,7 @@ def srnn_windows(lengths: Sequence[int], *, n_seed: int = 50, n_target: int = 10
     >>> walking[1]
     Window(clip=1, start=955, n_seed=50, n_target=100)
     """
-    n_seed, n_target = positive_integer("n_seed", n_seed), positive_integer("n_target", n_target)
-    draws = _draws(lengths, 8, n_seed + n_target)
-    return tuple(Window(clip, draw, n_seed, n_target) for clip, draw in draws)
+    return _windows(lengths, 8, n_seed, n_target)
 
 
 def random_windows(lengths: Sequence[int], *, n_seed: int = 10, n_target: int = 25) -> tuple[Window, ...]:
@@ -176,27 +176,26 @@ def random_windows(lengths: Sequence[int], *, n_seed: int = 10, n_target: int = 
     >>> windows[0].target == random_windows((1500, 1261), n_seed=50)[0].target
     True
     """
-    n_seed, n_target = positive_integer("n_seed", n_seed), positive_integer("n_target", n_target)
-    for name, value, limit in (("n_seed", n_seed, _RANDOM_SEED), ("n_target", n_target, _RANDOM_TARGET)):
-        if value > limit:
-            raise ValueError(f"{name}: {value} frames, but these windows have at most {limit}")
-    draws = _draws(lengths, 256, _RANDOM_SEED + _RANDOM_TARGET)
-    return tuple(Window(clip, draw + _RANDOM_SEED - n_seed, n_seed, n_target) for clip, draw in draws)
+    return _windows(lengths, 256, n_seed, n_target)
 
 
-def _draws(lengths: Sequence[int], count: int, span: int) -> Iterator[tuple[int, int]]:
-    """Yield clip and drawn frame; `span` frames from there on are in the clip."""
-    clips = [positive_integer("lengths", length) for length in _each("lengths", lengths)]
+def _windows(lengths: Sequence[int], count: int, n_seed: int, n_target: int) -> tuple[Window, ...]:
+    """Draw windows of clip 0 and clip 1 in turn; the boundary of each depends on the draw alone."""
+    for name, value, most in (("n_seed", n_seed, _SEED_ROOM), ("n_target", n_target, _TARGET_ROOM)):
+        if positive_integer(name, value) > most:
+            raise ValueError(f"{name}: {value} frames, but these windows have at most {most}")
+    clips = [positive_integer("lengths", length) for length in each("lengths", lengths)]
     if len(clips) != 2:
         raise ValueError(f"lengths: an action has two clips, got {len(clips)} lengths")
+    room = _SEED_ROOM + _TARGET_ROOM
     for clip, length in enumerate(clips):
-        if length <= _FIRST + span:
+        if length <= _FIRST + room:
             raise ValueError(
-                f"lengths: clip {clip} has {length} frames; windows of {span} frames need at least {_FIRST + span + 1}"
+                f"lengths: clip {clip} has {length} frames; windows of {room} frames need at least {_FIRST + room + 1}"
             )
     generator = np.random.RandomState(_SEED)  # the legacy generator: its stream is fixed for ever
-    for i in range(count):
-        yield i % 2, int(generator.randint(_FIRST, clips[i % 2] - span))
+    draws = [(i % 2, int(generator.randint(_FIRST, clips[i % 2] - room))) for i in range(count)]
+    return tuple(Window(clip, draw + _SEED_ROOM - n_seed, n_seed, n_target) for clip, draw in draws)
 
 
 def ms_to_frames(at_ms: Iterable[float], *, fps: float = FPS) -> list[int]:
@@ -237,7 +236,7 @@ def ms_to_frames(at_ms: Iterable[float], *, fps: float = FPS) -> list[int]:
     ValueError: at_ms: 100 ms is not a whole number of frames at 25 frames per second; nearest: 80 and 120 ms
     """
     rate = positive_number("fps", fps)
-    return [whole_frames("at_ms", time, rate, first=1, per_second=1000) - 1 for time in _each("at_ms", at_ms)]
+    return [whole_frames("at_ms", time, rate, first=1, per_second=1000) - 1 for time in each("at_ms", at_ms)]
 
 
 def frames_to_ms(frames: Iterable[int], *, fps: float = FPS) -> list[float]:
@@ -273,22 +272,14 @@ def frames_to_ms(frames: Iterable[int], *, fps: float = FPS) -> list[float]:
     """
     rate = positive_number("fps", fps)
     times: list[float] = []
-    for frame in _each("frames", frames):
-        if isinstance(frame, bool | np.bool_) or not isinstance(frame, int | np.integer):
+    for frame in each("frames", frames):
+        if not is_integer(frame):
             raise TypeError(f"frames: expected indices of predicted frames, got {frame!r}")
         if frame < 0:
             raise ValueError(f"frames: expected indices of predicted frames, 0 or more, got {frame}")
         time = (int(frame) + 1) * 1000 / rate
         times.append(int(time) if time.is_integer() else time)
     return times
-
-
-def _each(name: str, values: Iterable[Any]) -> Iterator[Any]:
-    """Iterate over an argument that somebody may have given a single value."""
-    try:
-        return iter(values)
-    except TypeError:
-        raise TypeError(f"{name}: expected a sequence of numbers, got {values!r}") from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -402,7 +393,7 @@ def normalization(clips: Iterable[npt.ArrayLike]) -> Normalization:
            [3., 7.]])
     """
     rows: list[Array] = []
-    for i, clip in enumerate(_each("clips", clips)):
+    for i, clip in enumerate(each("clips", clips)):
         name = f"clips[{i}]"
         array = real_array(name, clip)
         if array.ndim != 2 or array.size == 0:

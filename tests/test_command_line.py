@@ -78,6 +78,7 @@ class TestScore:
         assert record == {
             "npss": {"released": npss.score(*motion, convention="released")},
             "signature": npss.signature("released", frames=100, unwrap="off"),
+            "signatures": {"released": npss.signature("released", frames=100, unwrap="off")},
         }
 
     def test_markdown(self, capsys, files):
@@ -179,6 +180,16 @@ def broken(tmp_path, poses):
     np.savez(tmp_path / "unpaired.npz", **{k: v for k, v in arrays.items() if k != "expmap/preds/walking_1"})
     np.savez(tmp_path / "uneven.npz", **{**arrays, "expmap/gt/walking_1": np.ones((3, 99))})
     np.savez(tmp_path / "columns.npz", **{k: v[:, :3] for k, v in arrays.items()})
+    np.savez(tmp_path / "one_axis.npz", **{k: v[0] for k, v in arrays.items()})
+    np.savez(tmp_path / "complex.npz", **{**arrays, "expmap/gt/walking_1": arrays["expmap/gt/walking_1"] + 1j})
+    np.savez(tmp_path / "nan.npz", **{**arrays, "expmap/preds/walking_1": np.full((50, 99), np.nan)})
+    np.savez(tmp_path / "twice.npz", **arrays, **{"expmap/gt/walking_01": arrays["expmap/gt/walking_1"]})
+    np.savez(tmp_path / "nan_curve.npz", **arrays, mean_walking_error=np.full(50, np.nan))
+    np.savez(tmp_path / "samples.npz", **arrays)
+    np.savez(tmp_path / "a_nan.npz", a=np.full_like(good, np.nan), b=good)
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "empty.h5", "w") as file:
+        file["expmap/gt/walking_0"] = h5py.Empty("f")
     for suffix in (".npy", ".npz", ".h5"):
         (tmp_path / f"text{suffix}").write_text("not what its name says\n")
         (tmp_path / f"nothing{suffix}").write_text("")
@@ -199,10 +210,21 @@ def broken(tmp_path, poses):
     yield ["text.h5"], "text.h5: "
     yield ["nothing.h5"], "nothing.h5: "
     yield ["a.npz"], "a.npz: no arrays expmap/gt/ACTION_i"
-    yield ["short_curve.npz"], "mean_walking_error has shape (3,), expected (50,) floats"
+    yield ["short_curve.npz"], "mean_walking_error has shape (3,), expected (50,)"
     yield ["unpaired.npz"], "walking_1 is not in both"
     yield ["uneven.npz"], "the samples of walking differ in shape"
-    yield ["columns.npz"], "99"
+    yield ["columns.npz"], "columns.npz: expmap/gt/walking_0: expected shape (T, 99), got (50, 3)"
+    yield ["one_axis.npz"], "one_axis.npz: expmap/gt/walking_0: expected shape (T, 99), got (99,)"
+    yield ["complex.npz"], "complex.npz: expmap/gt/walking_1: expected real numbers, got complex"
+    yield ["nan.npz"], "nan.npz: expmap/preds/walking_1: nan at index (0, 0)"
+    yield ["twice.npz"], "expmap/gt/walking_01 is there twice"
+    yield ["nan_curve.npz"], "mean_walking_error: nan at index (0,)"
+    yield ["empty.h5"], "empty.h5: expmap/gt/walking_0: expected real numbers, got Python objects"
+    yield ["samples.npz", "--fps", "30"], "leave out --expmap, --representation and --fps"
+    yield ["samples.npz", "--expmap"], "leave out --expmap, --representation and --fps"
+    yield ["good.npy", "good.npy", "--expmap", "--representation", "quaternions"], "--representation: with --expmap"
+    yield ["a.npz", "a_nan.npz"], "a: pred: nan at index (0, 0, 0)"
+    yield ["good.npy", "a.npz"], "without a partner: a, b, the unnamed array"
     yield ["good.npy", "good.npy", "--windows", "0", "1"], "fps: times were asked for"
     yield ["good.npy", "good.npy", "--at-ms", "80"], "fps: times were asked for"
     yield ["good.npy", "good.npy", "--fps", "25", "--at-ms", "90"], "nearest: 80 and 120 ms"

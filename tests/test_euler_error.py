@@ -1,5 +1,7 @@
 """The Euler error and the true mean of squares."""
 
+from fractions import Fraction
+
 import numpy as np
 import oracles
 import pytest
@@ -51,6 +53,118 @@ def test_a_ground_truth_that_does_not_move_is_an_error():
         npss.euler_error_curve(many, many)
 
 
+def shapes(n_frames):
+    """Motions of one feature, with a standard deviation of 1 over the frames: from the smallest range to the largest.
+
+    A range of 2 (half of the frames here, half there), or up to sqrt(2 T) (one frame up, one down), and in between.
+    """
+    half, third, spike, pair = np.zeros((4, n_frames))
+    half[: n_frames // 2] = 1.0
+    third[:: max(3, n_frames // 3)] = 1.0
+    spike[n_frames // 3] = 1.0
+    pair[0], pair[-1] = 1.0, -1.0
+    return np.stack([motion / motion.std() for motion in (half, third, spike, pair)], axis=-1)
+
+
+def compared(gt, pred, columns):
+    """Return which features count in the Euler error, ``(N, D)``; feature d of `pred` is off by ``2**d``."""
+    n_features = gt.shape[-1]
+    rows = []
+    for x, y in zip(gt, pred, strict=True):
+        squares = round(npss.euler_error_curve(x, y, columns=columns)[0] ** 2)
+        rows.append([bool(squares >> 2 * d & 1) for d in range(n_features)])
+    return rows
+
+
+# Not only by the range: these are the features whose standard deviation itself has to be looked at.
+@pytest.mark.parametrize("columns", ["gt", "pred"])
+@pytest.mark.parametrize("n_frames", [4, 7, 25, 100])
+@pytest.mark.parametrize("offset", [0.0, -2.0])
+@pytest.mark.parametrize(("std", "counts"), [(0.3e-4, False), (0.9999e-4, False), (1.0001e-4, True)])
+def test_what_moves_by_its_standard_deviation(columns, n_frames, offset, std, counts):
+    borderline = shapes(n_frames) * std + offset
+    spans = np.ptp(borderline, axis=0)
+    if std > 0.9e-4:
+        assert ((spans > 1e-4) & (spans < 1.415e-4 * np.sqrt(n_frames))).all()
+    n_features = borderline.shape[1] + 1  # and one that moves for certain
+    moving = np.column_stack([borderline, np.arange(n_frames)])[np.newaxis]
+    other = moving + 2.0 ** np.arange(n_features)
+    if columns == "pred":
+        gt, pred = np.array(other), moving
+        gt[:, 1:, :-1] += np.arange(1, n_frames)[:, np.newaxis]  # the ground truth moves: it is not asked
+    else:
+        gt, pred = moving, np.array(other)
+        pred[:, 1:] += np.arange(1, n_frames)[:, np.newaxis]
+    assert compared(gt, pred, columns) == [[counts] * 4 + [True]]
+    expected = oracles.euler_curve(gt, pred, columns)
+    np.testing.assert_allclose(npss.euler_error_curve(gt, pred, columns=columns), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("columns", ["gt", "pred"])
+def test_what_moves_is_found_in_its_own_sequence_and_feature(columns):
+    counts = np.array([[1, 0, 0, 1, 1], [0, 1, 0, 0, 1], [0, 0, 0, 0, 1], [1, 1, 1, 0, 0]], bool)
+    unit = np.column_stack([shapes(20), shapes(20)[:, 0]])
+    moving = unit * np.where(counts, 1.0001e-4, 0.9999e-4)[:, np.newaxis]
+    other = moving + 2.0 ** np.arange(5)
+    gt, pred = (moving, other) if columns == "gt" else (other, moving)
+    assert compared(gt, pred, columns) == counts.tolist()
+    expected = oracles.euler_curve(gt, pred, columns)
+    np.testing.assert_allclose(npss.euler_error_curve(gt, pred, columns=columns), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("std", [0.3e-4, 0.9999e-4])
+def test_a_ground_truth_that_hardly_moves_is_an_error(std):
+    gt = shapes(100)[np.newaxis] * std
+    with pytest.raises(ValueError, match="gt: no feature of sequence 0 moves"):
+        npss.euler_error_curve(gt, gt + 1)
+    assert npss.euler_error_curve(gt, gt + 1, columns="pred").tolist() == [0.0] * 100
+
+
+# Of `golden_pair`: means of norms as tests/oracles.py gives them, written down once.
+GOLDEN = {
+    "euler_error|version:1|frames:12|fps:25|average:at|columns:gt": {80: 6.75, 480: 8.340353225079447},
+    "euler_error|version:1|frames:12|fps:25|average:at|columns:pred": {80: 5.25, 480: 9.824578945360631},
+    "euler_error|version:1|frames:12|fps:25|average:at|columns:all": {80: 6.8717082451262845, 480: 10.63201574054866},
+    "euler_error|version:1|frames:12|fps:25|average:up-to|columns:gt": {80: 7.5, 480: 5.3704829763468505},
+    "euler_error|version:1|frames:12|fps:25|average:up-to|columns:pred": {80: 6.0, 480: 5.6208893596223675},
+    "euler_error|version:1|frames:12|fps:25|average:up-to|columns:all": {80: 7.696234869262463, 480: 6.283508231380057},
+}
+
+
+def golden_pair():
+    """Two sequences of three features; one of the ground truth and one of the prediction does not move."""
+    t = np.arange(12)[:, np.newaxis]
+    gt = np.hstack([1 + t % 4, (t * t) % 7, t - 5.5])
+    pred = np.hstack([1 + t % 3, (t * t) % 5, 5.5 - t])
+    gt, pred = np.stack([gt, gt]), np.stack([pred, pred[:, ::-1]])
+    gt[1, :, 0], pred[1, :, 2] = 3, 0
+    return gt, pred
+
+
+@pytest.mark.parametrize("signature", GOLDEN)
+def test_golden_values(signature):
+    gt, pred = golden_pair()
+    stated = npss.parse_signature(signature)
+    average, columns = stated["average"], stated["columns"]
+    context = {"frames": gt.shape[1], "fps": 25, "average": average, "columns": columns}
+    assert npss.signature(None, metric="euler_error", **context) == signature
+    errors = npss.euler_error(gt, pred, fps=25, at_ms=(80, 480), columns=columns, average=average)
+    assert errors == pytest.approx(GOLDEN[signature], rel=1e-14)
+    curve = oracles.euler_curve(gt, pred, columns)
+    expected = {80: curve[1], 480: curve[11]} if average == "at" else {80: sum(curve[:2]) / 2, 480: sum(curve) / 12}
+    assert errors == pytest.approx(expected, rel=1e-13)
+
+
+def test_golden_value_of_the_mean_of_squares():
+    gt, pred = golden_pair()
+    squares = [
+        (Fraction(x) - Fraction(y)) ** 2 for x, y in zip(gt.ravel().tolist(), pred.ravel().tolist(), strict=True)
+    ]
+    assert sum(squares) / len(squares) == Fraction(139, 9)
+    assert npss.signature(None, metric="mse", frames=12) == "mse|version:1|frames:12"
+    assert npss.mse(gt, pred) == 139 / 9  # of whole numbers and halves: rounded once
+
+
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
@@ -60,8 +174,9 @@ def test_a_ground_truth_that_does_not_move_is_an_error():
         ({"at_ms": (1000,)}, ValueError, "1000 ms is out of range .*nearest: 400 ms"),
         ({"at_ms": (395,)}, ValueError, "395 ms is not a whole .*nearest: 360 and 400 ms"),
         ({"at_ms": (500,), "fps": 30}, ValueError, "500 ms is out of range .*nearest: 333.3333333 ms"),
-        ({"at_ms": (80.0,)}, TypeError, "at_ms: expected whole milliseconds"),
-        ({"at_ms": (True,)}, TypeError, "at_ms: expected whole milliseconds"),
+        ({"at_ms": ("80",)}, TypeError, "at_ms: expected a time in ms, got '80'"),
+        ({"at_ms": (True,)}, TypeError, "at_ms: expected a time in ms, got True"),
+        ({"at_ms": 80}, TypeError, "at_ms: expected a sequence of .*, got 80"),
         ({"at_ms": (80,), "columns": "std"}, ValueError, "columns: expected one of gt, pred, all"),
         ({"at_ms": (80,), "average": "mean"}, ValueError, "average: expected one of at, up-to"),
     ],
@@ -86,6 +201,13 @@ def test_one_tiny_difference_among_ordinary_ones():
     pred[0] = 1 + 1e-15
     gt[1], pred[1] = 0, [3e-200, 4e-200]
     assert npss.euler_error_curve(gt, pred, columns="all")[1] == pytest.approx(5e-200)
+
+
+def test_a_huge_sequence_does_not_hide_that_another_barely_moves():
+    gt = np.zeros((2, 4, 1))
+    gt[0, :, 0] = [0, 2.4e-4] * 2  # a standard deviation of 1.2e-4
+    gt[1, :, 0] = [0, 1e200] * 2
+    np.testing.assert_allclose(npss.euler_error_curve(gt, -gt), [0, 1e200] * 2)
 
 
 def test_differences_beyond_float64_are_an_error():

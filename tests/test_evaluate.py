@@ -26,12 +26,15 @@ def no_environment(monkeypatch, request):
     monkeypatch.delenv("NPSS_H36M", raising=False)
 
 
+CONTEXT = {"representation": "euler", "frames": 100, "fps": 25, "protocol": "synthetic-64", "unwrap": "off"}
+
+
 class TestSynthetic:
     def test_records(self, capsys):
         status, out, err = run(capsys, "--synthetic", "zero-velocity")
         assert (status, err) == (0, "")
         (record,) = json.loads(out)
-        assert list(record) == ["model", "action", "euler_error", "npss", "npss_windows", "signature"]
+        assert list(record) == ["model", "action", "euler_error", "npss", "npss_windows", "signature", "signatures"]
         assert list(record["euler_error"]) == ["80", "160", "320", "400", "560", "1000"]
         assert list(record["npss"]) == ["paper", "released", "literal"]
         task = evaluate.synthetic_task()
@@ -41,15 +44,15 @@ class TestSynthetic:
             assert record["npss"][name] == npss.score(gt, pred, convention=name)
             assert record["npss_windows"][name] == npss.score_windows(gt, pred, fps=25, convention=name)
         assert record["euler_error"] == {str(t): e for t, e in npss.euler_error(gt, pred).items()}
+        assert record["signatures"] == {
+            **{name: npss.signature(name, **CONTEXT) for name in npss.CONVENTIONS},
+            "euler_error": npss.signature(None, metric="euler_error", columns="gt", average="at", **CONTEXT),
+        }
         assert npss.parse_signature(record["signature"]) == {
             "metric": "npss+euler_error",
             "version": 1,
             "convention": ("paper", "released", "literal"),
-            "representation": "euler",
-            "frames": 100,
-            "fps": 25,
-            "protocol": "synthetic-64",
-            "unwrap": "off",
+            **CONTEXT,
             "average": "at",
             "columns": "gt",
         }
@@ -77,8 +80,18 @@ class TestSynthetic:
             marked = [cell for cell in column if cell.endswith("*")]
             assert marked
             assert min(float(cell.rstrip("*")) for cell in column) == float(marked[0][:-1])
+        assert [float(cell.rstrip("*")) for cell in columns[:, 0]] == sorted(
+            float(cell.rstrip("*")) for cell in columns[:, 0]
+        )
         assert "npss|version:1|convention:literal|representation:euler|frames:100" in out
         assert "euler_error|version:1|" in out
+
+    def test_numbers_are_rounded_not_cut(self):
+        record = json.loads(json.dumps(evaluate.evaluate("m", PREDICTORS["repeat-50"], evaluate.synthetic_task())))
+        record["npss"]["paper"], record["euler_error"]["80"] = 12.34567, 1234567.0
+        row = next(line for line in evaluate.leaderboard([record]).splitlines() if line.startswith("m "))
+        assert row.split()[1] == "12.3457*"
+        assert "1234567.0000*" in row
 
     def test_markdown(self, capsys):
         _, out, _ = run(capsys, "--synthetic", "--format", "markdown")
@@ -90,6 +103,7 @@ class TestSynthetic:
     ("arguments", "message"),
     [
         ((), "--h36m DIR names the folder"),
+        (("--synthetic", "--actions", "walking"), "--synthetic has one action and its own windows"),
         (("--synthetic", "zero-speed"), "'zero-speed' is not one of zero-velocity"),
         (("--h36m", "nowhere"), "nowhere"),
     ],
@@ -161,7 +175,8 @@ class TestHuman36M:
         (task,) = evaluate.h36m_tasks(h36m_root, ("smoking",))
         record = evaluate.evaluate("zero-velocity", PREDICTORS["zero-velocity"], task, unwrapped=unwrapped)
         assert tuple(f"{record['npss'][name]:.3f}" for name in ("paper", "released")) == UNWRAPPED[unwrapped]
-        assert f"unwrap:{unwrapped}" in record["signature"]
+        assert f"unwrap:{unwrapped}" in record["signatures"]["paper"]
+        assert "unwrap:off" in record["signatures"]["euler_error"]
 
     @pytest.mark.parametrize("unwrapped", ["target", "seed"])
     def test_unwrapping_does_not_change_walking_and_eating(self, h36m_root, records, unwrapped):

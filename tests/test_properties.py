@@ -4,7 +4,8 @@ A property is a check that raises AssertionError. A metric that is said to have 
 one that is said not to have it fails on at least one example. So each check is itself tested: something fails it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -157,6 +158,19 @@ def _npss(convention):
     return lambda gt, pred: npss.score(gt, pred, convention=convention)
 
 
+def _windows(convention):
+    """The sum of the scores of both halves; of the whole where a half has a single frame."""
+
+    def metric(gt, pred):
+        n_frames = gt.shape[1]
+        edges = (0, n_frames) if n_frames < 4 else (0, n_frames // 2, n_frames)
+        scores = npss.score_windows(gt, pred, fps=1, edges_s=edges, convention=convention)
+        assert list(scores) == [f"{begin}-{end}" for begin, end in pairwise(edges)]
+        return sum(scores.values())
+
+    return metric
+
+
 _ALL_NPSS = frozenset({
     "identity_is_zero", "non_negative", "prediction_scale_and_sign", "ground_truth_global_scale", "order_of_sequences",
     "order_of_features", "index_reversal", "at_most_half_of_the_frames_but_for_zeros", "constant_predictions_are_equal",
@@ -191,6 +205,17 @@ METRICS = {metric.name: metric for metric in (
         _ALL_NPSS | _SHIFTS
         | {"at_most_half_of_the_frames", "zero_is_a_constant_prediction", "ground_truth_scale_per_feature",
            "symmetric_where_all_have_power"},
+    ),
+    # What is shifted or reversed moves from window to window. The bound of the sum is the sum of the bounds.
+    Metric(
+        "windows, paper", _windows("paper"),
+        _ALL_NPSS - {"index_reversal"} | {"at_most_half_of_the_frames", "zero_is_a_constant_prediction"},
+    ),
+    Metric("windows, released", _windows("released"), _ALL_NPSS - {"index_reversal"}),
+    Metric(
+        "windows, literal", _windows("literal"),
+        _ALL_NPSS - {"index_reversal", "at_most_half_of_the_frames_but_for_zeros"}
+        | {"symmetric_where_all_have_power", "zero_is_a_constant_prediction", "ground_truth_scale_per_feature"},
     ),
     Metric(
         "euler_error", lambda gt, pred: npss.euler_error_curve(gt, pred).mean(),
@@ -267,7 +292,6 @@ def test_what_all_metrics_have_a_mutant_lacks(property_):
 def test_every_name_is_a_property():
     for metric in METRICS.values():
         assert metric.has <= PROPERTIES.keys()
-    assert replace(METRICS["paper"], name="x").has == METRICS["paper"].has
 
 
 def breaks(metric, property_):
@@ -277,6 +301,43 @@ def breaks(metric, property_):
         except AssertionError:
             return True
     return False
+
+
+# --- invariances to the last bit --------------------------------------------------------------------------------------
+
+
+# Few and many columns; short, prime and long T; several blocks of sequences and of features.
+SHAPES = [(4, 2, 3), (7, 9, 5), (60, 30, 13), (5, 100, 54), (3, 257, 20), (6, 1009, 8), (2, 3, 40_000), (700, 25, 60)]
+
+
+@pytest.mark.parametrize("name", npss.CONVENTIONS)
+@pytest.mark.parametrize("huge", [False, True])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_what_changes_no_bit(name, huge, shape):
+    rng = np.random.default_rng(shape[1])
+    gt, pred = rng.normal(size=(2, *shape)).cumsum(axis=2) * 10.0 ** rng.integers(-3, 4, size=(shape[0], 1, shape[2]))
+    gt[0, :, 1] = pred[1, :, 0] = pred[-1, :, 2] = 0
+    if huge:
+        gt[0, :, 0] *= 1e200
+        gt[1, :, 1] *= 1e-200
+        gt[-1, :, 0] *= 1e199
+        pred[0, :, 2] *= 1e180
+
+    def score(gt, pred):
+        return npss.score(gt, pred, convention=name)
+
+    expected = score(gt, pred)
+    assert 0 < expected < shape[1]
+    for order in (np.arange(shape[0])[::-1], rng.permutation(shape[0])):
+        assert score(gt[order], pred[order]) == expected
+    for order in (np.arange(shape[2])[::-1], rng.permutation(shape[2])):
+        assert score(gt[..., order], pred[..., order]) == expected
+    for times in (2, 3):
+        assert score(np.tile(gt, (times, 1, 1)), np.tile(pred, (times, 1, 1))) == expected
+    still, any_prediction = np.zeros((*shape[:2], 2)), rng.normal(size=(*shape[:2], 2))
+    for axis_end in (slice(None), slice(None, None, -1)):  # appended, and put in front
+        first, second = ([x, y][axis_end] for x, y in ((gt, still), (pred, any_prediction)))
+        assert score(np.concatenate(first, axis=2), np.concatenate(second, axis=2)) == expected
 
 
 # --- relations between the conventions --------------------------------------------------------------------------------

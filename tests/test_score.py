@@ -66,16 +66,51 @@ GOLDEN = {
 }
 
 
-@pytest.mark.parametrize("signature", GOLDEN)
-def test_golden_values(signature):
+def golden_pair():
     t = np.arange(12)[:, np.newaxis]
     gt = np.hstack([1 + t % 4, (t * t) % 7, t - 5.5])[np.newaxis]
     pred = np.hstack([1 + t % 3, (t * t) % 5, 5.5 - t])[np.newaxis]
+    return gt, pred
+
+
+@pytest.mark.parametrize("signature", GOLDEN)
+def test_golden_values(signature):
+    gt, pred = golden_pair()
     stated = npss.parse_signature(signature)
     assert npss.signature(stated["convention"], frames=gt.shape[1]) == signature
     score = npss.score(gt, pred, convention=stated["convention"])
     assert score == pytest.approx(GOLDEN[signature], rel=1e-13)
     assert score == pytest.approx(oracles.npss(gt, pred, stated["convention"]), rel=1e-12)
+
+
+# Of `golden_pair` and of the same with another prediction, a constant ground truth and a prediction of zeros: what
+# tests/oracles.py gives for the frames 0 to 2, 3 to 5 and 6 to 11 alone, written down once.
+GOLDEN_WINDOWS = {
+    "npss|version:1|convention:paper|frames:12|fps:3|window:0-1": 0.02140068156302469,
+    "npss|version:1|convention:paper|frames:12|fps:3|window:1-2": 0.3829341428201235,
+    "npss|version:1|convention:paper|frames:12|fps:3|window:2-4": 0.3612245210929423,
+    "npss|version:1|convention:released|frames:12|fps:3|window:0-1": 0.9761889663918832,
+    "npss|version:1|convention:released|frames:12|fps:3|window:1-2": 0.5867003367003366,
+    "npss|version:1|convention:released|frames:12|fps:3|window:2-4": 1.4413176406132293,
+    "npss|version:1|convention:literal|frames:12|fps:3|window:0-1": 0.021248339973439556,
+    "npss|version:1|convention:literal|frames:12|fps:3|window:1-2": 0.4446311858076563,
+    "npss|version:1|convention:literal|frames:12|fps:3|window:2-4": 0.2752358752358752,
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_golden_values_of_windows(name):
+    gt, pred = golden_pair()
+    gt, pred = np.concatenate([gt, gt]), np.concatenate([pred, pred[..., ::-1]])
+    gt[1, :, 0], pred[1, :, 2] = 3, 0
+    frames = {"0-1": slice(0, 3), "1-2": slice(3, 6), "2-4": slice(6, 12)}
+    scores = npss.score_windows(gt, pred, fps=3, convention=name)
+    assert list(scores) == list(frames)
+    for window, score in scores.items():
+        signature = npss.signature(name, frames=12, fps=3, window=window)
+        assert score == pytest.approx(GOLDEN_WINDOWS[signature], rel=1e-13)
+        part = frames[window]
+        assert score == pytest.approx(oracles.npss(gt[:, part], pred[:, part], name), rel=1e-12)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -55,8 +55,8 @@ def test_does_not_depend_on_the_order_of_keywords(context, seed):
 
 def test_looks_as_documented():
     assert (
-        npss.signature("paper", unwrap="off", fps=25, frames=100, representation="euler", seed=3)
-        == "npss|version:1|convention:paper|representation:euler|frames:100|fps:25|unwrap:off|seed:3"
+        npss.signature("paper", unwrap="off", fps=25, frames=100, representation="euler", seed=3, window="0-1")
+        == "npss|version:1|convention:paper|representation:euler|frames:100|fps:25|window:0-1|unwrap:off|seed:3"
     )
 
 
@@ -86,6 +86,10 @@ def test_numbers_are_equal_whatever_holds_them():
         ({"fps": [25]}, TypeError, "fps: expected text"),
         ({"convention": "mine"}, ValueError, "convention: expected one of"),
         ({"convention": ()}, ValueError, "convention: expected at least one"),
+        ({"convention": 3}, TypeError, "convention: expected a sequence"),
+        ({"metric": "mse"}, ValueError, "convention: mse has none; pass None"),
+        ({"version": "one"}, TypeError, "version: expected a positive integer"),
+        ({"version": 1.5}, TypeError, "version: expected a positive integer"),
         ({"metric": "NPSS|"}, ValueError, "metric: expected lower-case names"),
         ({"metric": 3}, TypeError, "metric: expected text"),
         ({"späte": 1}, ValueError, "späte: a signature's fields are named by"),
@@ -105,6 +109,7 @@ def test_values_that_have_no_signature(keywords, error, message):
         "npss|convention:paper",
         "npss|version:1.5",
         "npss|version:one",
+        "npss|version:true",
         "npss|version:1|convention:mine",
         "npss|version:1|convention:power=real",
         "npss|version:1|convention:power=real,bins",
@@ -140,6 +145,12 @@ class TestConvention:
         with pytest.raises(error, match=f"{field}: expected one of"):
             npss.Convention(**{field: value})
 
+    def test_its_choices_have_names_and_the_named_ones_stay_what_they_are(self):
+        with pytest.raises(TypeError):
+            npss.Convention("real")
+        with pytest.raises(TypeError):
+            npss.CONVENTIONS["paper"] = npss.Convention(power="real")
+
     def test_the_named_ones(self):
         assert set(npss.CONVENTIONS) == {"paper", "released", "literal"}
         assert len(set(npss.CONVENTIONS.values())) == 3
@@ -162,11 +173,39 @@ class TestExplain:
             ({"frames": 50}, "frames must be 100, not 50"),
             ({"unwrap": "target"}, "unwrap must be off, not target"),
             ({"version": 2}, "version must be 1, not 2"),
+            ({"window": "0-3"}, "window must be 0-1 or 1-2 or 2-4, not 0-3"),
+            ({"fps": 50}, "fps must be 25, not 50"),
+            ({"protocol": "random-256"}, "protocol must be srnn-8, not random-256"),
+            ({"representation": "expmap"}, "representation must be euler, not expmap"),
         ],
     )
     def test_not_comparable(self, change, reason):
         text = npss.explain(npss.signature(**{"convention": "released", **PUBLISHED, **change}))
         assert f"NPSS: not comparable with tables 4 and 5 of the NPSS paper (Human3.6M): {reason}." in text
+
+    @pytest.mark.parametrize(
+        "change",
+        [{"frames": 25}, {"unwrap": "target"}, {"columns": "pred"}, {"average": "up-to"}, {"fps": 50}],
+    )
+    def test_euler_errors_that_are_not_comparable(self, change):
+        context = {**PUBLISHED, "columns": "gt", "average": "at"}
+        assert "Euler error: comparable" in npss.explain(npss.signature(None, metric="euler_error", **context))
+        text = npss.explain(npss.signature(None, metric="euler_error", **{**context, **change}))
+        ((name, value),) = change.items()
+        assert "Euler error: not comparable" in text
+        assert f"{name} must be {context[name]}, not {value}" in text
+
+    def test_a_field_that_no_table_knows(self):
+        text = npss.explain(npss.signature("released", **PUBLISHED, subject=9))
+        assert "cannot be told: not stated: what subject means" in text
+
+    def test_a_window_of_table_5(self):
+        assert "NPSS: comparable" in npss.explain(npss.signature("released", **PUBLISHED, window="1-2"))
+
+    def test_it_says_whether_jumps_were_removed(self):
+        assert "jumps of 2 pi removed: yes, over the scored frames alone" in npss.explain(
+            npss.signature(**{**PUBLISHED, "unwrap": "target"})
+        )
 
     def test_cannot_be_told(self):
         text = npss.explain("npss|version:1|convention:released|frames:100")
@@ -185,7 +224,16 @@ class TestExplain:
             npss.signature(("paper", "released"), metric="npss+euler_error", columns="gt", average="at", **PUBLISHED)
         )
         assert "Euler error: comparable with tables 6 and 7" in text
-        assert "NPSS: comparable with tables 4 and 5" in text
+        assert "NPSS released (of the several scores, that one alone): comparable with tables 4 and 5" in text
+
+    def test_unwrapping_is_of_npss_alone(self):
+        text = npss.explain(
+            npss.signature(
+                "released", metric="npss+euler_error", columns="gt", average="at", **{**PUBLISHED, "unwrap": "target"}
+            )
+        )
+        assert "Euler error: comparable" in text
+        assert "NPSS: not comparable" in text
 
     def test_conventions_of_its_own_and_other_metrics(self):
         text = npss.explain(npss.signature(npss.Convention(bins="one-sided", distance="spectrum", weight="uniform")))

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from npss._checks import Float64, positive_integer, positive_number
+from npss._poses import POSE
 from npss.protocol import COLUMNS, FPS
 
-_POSE = 99
 _ROOT = 6  # columns 0-2: displacement of the root since the frame before, in mm; 3-5: its rotation
 # What swings most, by column: mean angle, amplitude at the stride's frequency and at its double (radians), and by how
 # much of a stride it lags. The other columns of COLUMNS only sway.
@@ -83,7 +83,7 @@ def gait(n: int, n_frames: int, *, fps: float = FPS, rng: np.random.Generator) -
     strides = rng.random((n, 1)) + (np.cumsum(tempo, axis=1) - (tempo + tempo[:, :1]) / 2) / rate
     vigour = rng.uniform(0.8, 1.2, (n, 1)) * (1 + 0.15 * _drift(rng, n, time))  # (n, T)
 
-    walks = np.zeros((n, n_frames, _POSE))
+    walks = np.zeros((n, n_frames, POSE))
     for column in COLUMNS:
         if column in _SWINGS:
             mean, first, second, lag = _SWINGS[column]

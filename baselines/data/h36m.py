@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from npss._checks import one_of, positive_integer
+from npss._poses import POSE
 from npss.protocol import ACTIONS, FPS, TEST_SUBJECT, TRAIN_SUBJECTS, random_windows, srnn_windows
 
 Float32 = npt.NDArray[np.float32]
@@ -23,8 +24,6 @@ Float32 = npt.NDArray[np.float32]
 WINDOWS = ("srnn-8", "random-256")
 #: All subjects.
 SUBJECTS = tuple(sorted((*TRAIN_SUBJECTS, TEST_SUBJECT)))
-#: Columns of a file.
-POSE = 99
 #: Frames per second of a file.
 FILE_FPS = 50
 

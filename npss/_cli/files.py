@@ -10,11 +10,8 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from npss._checks import Array, Float64
-from npss._poses import poses_to_euler
-
-#: Frames per second of the samples layout, which is of Human3.6M at every second frame.
-SAMPLES_FPS = 25
+from npss._checks import Array, Float64, check_finite, real_array
+from npss._poses import POSE, poses_to_euler
 
 Read = TypeVar("Read")
 
@@ -37,7 +34,7 @@ def read_pair(gt: Path, pred: Path) -> list[Pair]:
         (name, truth), (other, prediction) = *truths.items(), *predictions.items()
         return [Pair(name if name == other else None, truth, prediction)]
     if truths.keys() != predictions.keys():
-        only = sorted(map(str, truths.keys() ^ predictions.keys()))
+        only = sorted(name or "the unnamed array" for name in truths.keys() ^ predictions.keys())
         raise ValueError(f"{pred}: its arrays pair by name with those of {gt}; without a partner: {', '.join(only)}")
     return [Pair(name, truths[name], predictions[name]) for name in truths]
 
@@ -58,7 +55,10 @@ def read_samples(path: Path) -> list[Pair]:
     for name, array in arrays.items():
         if match := _SAMPLE.fullmatch(name):
             kind, action, index = match.groups()
-            found[action][kind][int(index)] = array
+            samples = found[action][kind]
+            if int(index) in samples:
+                raise ValueError(f"{path}: {name} is there twice, under indices written differently")
+            samples[int(index)] = _sample(f"{path}: {name}", array)
     if not found:
         raise ValueError(f"{path}: no arrays expmap/gt/ACTION_i and expmap/preds/ACTION_i in it")
     pairs = []
@@ -67,17 +67,29 @@ def read_samples(path: Path) -> list[Pair]:
             raise ValueError(f"{path}: {action}_{alone[0]} is not in both expmap/gt and expmap/preds")
         gt, pred = (_stack(path, action, kinds[kind]) for kind in ("gt", "preds"))
         curve = arrays.get(f"mean_{action}_error")
-        if curve is not None and (curve.dtype.kind != "f" or curve.shape != gt.shape[1:2]):
-            raise ValueError(f"{path}: mean_{action}_error has shape {curve.shape}, expected {gt.shape[1:2]} floats")
+        if curve is not None:
+            curve = real_array(f"{path}: mean_{action}_error", curve)
+            check_finite(f"{path}: mean_{action}_error", curve)
+            if curve.shape != gt.shape[1:2]:
+                raise ValueError(f"{path}: mean_{action}_error has shape {curve.shape}, expected {gt.shape[1:2]}")
         pairs.append(Pair(action, poses_to_euler(gt), poses_to_euler(pred), curve))
     return pairs
+
+
+def _sample(name: str, values: Any) -> Float64:
+    """Read one sequence of poses."""
+    sample = real_array(name, values)
+    if sample.ndim != 2 or sample.shape[1] != POSE or len(sample) == 0:
+        raise ValueError(f"{name}: expected shape (T, {POSE}), got {sample.shape}")
+    check_finite(name, sample)
+    return sample.astype(np.float64)
 
 
 def _stack(path: Path, action: str, samples: Mapping[int, Array]) -> Float64:
     shapes = {sample.shape for sample in samples.values()}
     if len(shapes) > 1:
         raise ValueError(f"{path}: the samples of {action} differ in shape: {sorted(shapes)}")
-    return np.stack([samples[index].astype(np.float64) for index in sorted(samples)])
+    return np.stack([samples[index] for index in sorted(samples)])
 
 
 def _read_arrays(path: Path) -> dict[str | None, Array]:

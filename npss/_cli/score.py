@@ -16,7 +16,7 @@ from npss._poses import poses_to_euler
 from npss._records import Record, measure, signature_of
 from npss._signature import Value
 from npss._tables import table
-from npss.protocol import SLICES_MS
+from npss.protocol import FPS, SLICES_MS
 
 _DESCRIPTION = """\
 Score a prediction against its ground truth.
@@ -25,6 +25,7 @@ Score a prediction against its ground truth.
   npss score SAMPLES      one .h5 or .npz file of expmap/gt/ACTION_i and expmap/preds/ACTION_i, each (T, 99):
                           Human3.6M exponential maps at 25 frames per second; the Euler error is printed, too
 
+The files come first, then the options.
 Without --convention, the score is shown under each of paper, released and literal: they are different numbers.
 """
 
@@ -52,7 +53,7 @@ def add_parser(commands: Any) -> None:
         "--windows", type=float, nargs="+", default=(), metavar="S", help="score windows with these edges in seconds"
     )
     parser.add_argument(
-        "--at-ms", type=int, nargs="+", default=(), metavar="MS", help="Euler error at these times in milliseconds"
+        "--at-ms", type=float, nargs="+", default=(), metavar="MS", help="Euler error at these times in milliseconds"
     )
     parser.add_argument(
         "--unwrap",
@@ -60,6 +61,7 @@ def add_parser(commands: Any) -> None:
         default="off",
         help="remove jumps of 2 pi before scoring (not done by default)",
     )
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="threads; -1 for all CPUs (default: 1)")
     parser.set_defaults(run=run)
 
 
@@ -76,51 +78,64 @@ def _records(options: argparse.Namespace) -> list[Record]:
     context: dict[str, Value] = {"protocol": options.protocol} if options.protocol else {}
     if options.representation:
         context["representation"] = options.representation
-    fps, at_ms = options.fps, options.at_ms
-    if len(options.files) == 2:
+    fps, samples = options.fps, len(options.files) == 1
+    if samples:
+        if options.expmap or options.representation or fps is not None:
+            raise ValueError(
+                f"{options.files[0]}: samples are Human3.6M exponential maps at {FPS} frames per second, which are "
+                f"converted to Euler angles: leave out --expmap, --representation and --fps"
+            )
+        pairs = files.read_samples(*options.files)
+        fps = FPS
+    elif len(options.files) == 2:
         pairs = files.read_pair(*options.files)
         if options.expmap:
+            if options.representation:
+                raise ValueError("--representation: with --expmap it is euler: leave it out")
             pairs = [pair._replace(gt=poses_to_euler(pair.gt), pred=poses_to_euler(pair.pred)) for pair in pairs]
-            context["representation"] = "euler"
-    elif len(options.files) == 1:
-        pairs = files.read_samples(*options.files)
-        context["representation"] = "euler"
-        fps = files.SAMPLES_FPS if fps is None else fps
     else:
         raise ValueError(f"expected GT and PRED, or SAMPLES alone, got {len(options.files)} files")
-    records = []
-    for pair in pairs:
-        n_frames = pair.gt.shape[-2] if pair.gt.ndim > 1 else 0
-        within = [time for time in SLICES_MS if time * fps <= n_frames * 1000] if len(options.files) == 1 else ()
-        measured = measure(
+    if samples or options.expmap:
+        context["representation"] = "euler"
+    return [_record(pair, options, fps, samples, context) for pair in pairs]
+
+
+def _record(
+    pair: files.Pair, options: argparse.Namespace, fps: float | None, samples: bool, context: dict[str, Value]
+) -> Record:
+    n_frames = pair.gt.shape[-2] if pair.gt.ndim > 1 else 0
+    times = options.at_ms
+    if samples and not times:
+        times = [time for time in SLICES_MS if time * FPS <= n_frames * 1000]
+    try:
+        record = measure(
             pair.gt,
             pair.pred,
             conventions=(options.convention,) if options.convention else tuple(CONVENTIONS),
             fps=fps,
-            at_ms=at_ms or within,
+            at_ms=times,
             edges_s=options.windows,
             unwrapped=options.unwrap,
+            workers=options.workers,
             frames=n_frames,
             **context,
         )
-        record = {"action": pair.name, **measured} if pair.name is not None else measured
-        if pair.stored_curve is not None:
-            curve = euler_error_curve(pair.gt, pair.pred)
-            record["stored_curve_difference"] = float(np.abs(curve - pair.stored_curve).max())
-        records.append(record)
-    return records
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"{pair.name}: {error}" if pair.name is not None else str(error)) from error
+    if pair.stored_curve is not None:
+        curve = euler_error_curve(pair.gt, pair.pred)
+        record["stored_curve_difference"] = float(np.abs(curve - pair.stored_curve).max())
+    return record if pair.name is None else {"action": pair.name, **record}
 
 
 def _text(record: Record, *, markdown: bool) -> str:
-    rows = [
-        ["NPSS", name, f"{value:.4f}", signature_of(record, "npss", name)] for name, value in record["npss"].items()
-    ]
+    rows = [["NPSS", name, f"{value:.4f}", record["signatures"][name]] for name, value in record["npss"].items()]
     for name, windows in record.get("npss_windows", {}).items():
         for window, value in windows.items():
             which = signature_of(record, "npss", name, window=window)
             rows.append([f"NPSS {window} s", name, f"{value:.4f}", which])
     for time, value in record.get("euler_error", {}).items():
-        rows.append([f"Euler error {time} ms", "", f"{value:.3f}", signature_of(record, "euler_error")])
+        rows.append([f"Euler error {time} ms", "", f"{value:.3f}", record["signatures"]["euler_error"]])
     if markdown:
         rows = [[*row[:3], "`" + row[3].replace("|", "\\|") + "`"] for row in rows]
     lines = [table(["metric", "convention", "value", "signature"], rows, "llrl", markdown=markdown)]

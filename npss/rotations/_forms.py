@@ -39,9 +39,6 @@ def rotation_array(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> 
     if array.shape[-len(shape) :] != shape:
         expected = ", ".join(map(str, shape))
         raise ValueError(f"{name}: expected shape (..., {expected}), got {array.shape}")
-    if array.dtype.kind == "f" and array.dtype.itemsize > 8:  # extended precision
-        with np.errstate(over="ignore"):  # what does not fit becomes infinite, and that is refused
-            return array.astype(np.float64)
     return array
 
 
