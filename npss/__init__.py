@@ -12,16 +12,16 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from npss._accumulator import Accumulator
 from npss._convention import CONVENTIONS, Convention
-from npss._euler_error import euler_error, euler_error_curve, mse
 from npss._score import score, score_windows
-from npss._signature import METRIC_VERSION, parse_signature, signature
 
 if TYPE_CHECKING:
     from npss import protocol, rotations
+    from npss._accumulator import Accumulator
+    from npss._euler_error import euler_error, euler_error_curve, mse
     from npss._explain import explain
     from npss._poses import poses_to_euler
+    from npss._signature import METRIC_VERSION, parse_signature, signature
     from npss._unwrap import unwrap
 
 __version__ = "0.1.0"
@@ -49,10 +49,17 @@ __all__ = [
 # What a loop that only scores does not need is imported when it is first asked for: `import npss` costs little more
 # than `import numpy`.
 _LAZY = {
+    "Accumulator": "npss._accumulator",
+    "METRIC_VERSION": "npss._signature",
+    "euler_error": "npss._euler_error",
+    "euler_error_curve": "npss._euler_error",
     "explain": "npss._explain",
+    "mse": "npss._euler_error",
+    "parse_signature": "npss._signature",
     "poses_to_euler": "npss._poses",
     "protocol": "npss.protocol",
     "rotations": "npss.rotations",
+    "signature": "npss._signature",
     "unwrap": "npss._unwrap",
 }
 
