@@ -133,8 +133,8 @@ def one_of(name: str, value: object, choices: tuple[str, ...]) -> None:
         raise ValueError(f"{name}: expected one of {', '.join(choices)}, got {value!r}")
 
 
-def each(name: str, values: Iterable[Item]) -> list[Item]:
-    """Read several values, where somebody may have given a single one.
+def each(name: str, values: Iterable[Item], what: str = "numbers") -> list[Item]:
+    """Read several values, of which errors speak as `what`, where somebody may have given a single one.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def each(name: str, values: Iterable[Item]) -> list[Item]:
         If it is no iterable, or text.
     """
     if isinstance(values, str | bytes) or not isinstance(values, Iterable):
-        raise TypeError(f"{name}: expected a sequence of numbers, got {values!r}")
+        raise TypeError(f"{name}: expected a sequence of {what}, got {values!r}")
     return list(values)
 
 

@@ -173,9 +173,10 @@ def _curve(gt: Array, pred: Array, columns: str) -> Float64:
     curve = np.zeros(gt.shape[-2])
     with np.errstate(all="ignore"):
         for top, first, second in _blocks(gt, pred):
-            moves = _moving(second if columns == "pred" else first)
             if columns == "all":
-                moves[...] = True
+                moves = np.ones((len(first), first.shape[2]), bool)
+            else:
+                moves = _moving(first if columns == "gt" else second)
             norms = _norms(first, second, moves)
             if not np.isfinite(norms).all():
                 first, second, shift = _scaled(first, second, gt, pred)

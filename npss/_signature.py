@@ -91,7 +91,9 @@ def signature(
     if convention is not None:
         if "npss" not in metric.split("+"):
             raise ValueError(f"convention: {metric} has none; pass None")
-        several = [convention] if isinstance(convention, str | Convention) else each("convention", convention)
+        several = (
+            [convention] if isinstance(convention, str | Convention) else each("convention", convention, "conventions")
+        )
         if not several:
             raise ValueError("convention: expected at least one")
         parts.append("convention:" + "+".join(_write_convention(one) for one in several))
