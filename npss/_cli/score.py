@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from npss._cli import files
 from npss._convention import CONVENTIONS
 from npss._euler_error import euler_error_curve
+from npss._files import Pair, read_pair, read_samples
 from npss._poses import poses_to_euler
 from npss._records import Record, measure, signature_of
 from npss._signature import Value
@@ -85,10 +85,10 @@ def _records(options: argparse.Namespace) -> list[Record]:
                 f"{options.files[0]}: samples are Human3.6M exponential maps at {FPS} frames per second, which are "
                 f"converted to Euler angles: leave out --expmap, --representation and --fps"
             )
-        pairs = files.read_samples(*options.files)
+        pairs = read_samples(*options.files)
         fps = FPS
     elif len(options.files) == 2:
-        pairs = files.read_pair(*options.files)
+        pairs = read_pair(*options.files)
         if options.expmap:
             if options.representation:
                 raise ValueError("--representation: with --expmap it is euler: leave it out")
@@ -101,7 +101,7 @@ def _records(options: argparse.Namespace) -> list[Record]:
 
 
 def _record(
-    pair: files.Pair, options: argparse.Namespace, fps: float | None, samples: bool, context: dict[str, Value]
+    pair: Pair, options: argparse.Namespace, fps: float | None, samples: bool, context: dict[str, Value]
 ) -> Record:
     n_frames = pair.gt.shape[-2] if pair.gt.ndim > 1 else 0
     times = options.at_ms

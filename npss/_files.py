@@ -1,4 +1,4 @@
-"""The files that ``npss score`` reads: arrays and samples, never pickles."""
+"""The files of motion that commands read: arrays and samples, never pickles."""
 
 from __future__ import annotations
 
@@ -40,7 +40,12 @@ def read_pair(gt: Path, pred: Path) -> list[Pair]:
 
 
 def read_samples(path: Path) -> list[Pair]:
-    """Read a file that holds ground truth and predictions, one pair an action, as Human3.6M Euler angles.
+    """Read a file of samples, as `read_poses` does, as Human3.6M Euler angles."""
+    return [pair._replace(gt=poses_to_euler(pair.gt), pred=poses_to_euler(pair.pred)) for pair in read_poses(path)]
+
+
+def read_poses(path: Path) -> list[Pair]:
+    """Read a file of samples: ground truth and predictions, one pair an action, as Human3.6M exponential maps.
 
     The layout, of ``.h5`` as of ``.npz``: ``expmap/gt/ACTION_i`` and ``expmap/preds/ACTION_i``, each (T, 99),
     exponential maps at 25 frames per second; optionally ``mean_ACTION_error`` (T,).
@@ -72,7 +77,7 @@ def read_samples(path: Path) -> list[Pair]:
             check_finite(f"{path}: mean_{action}_error", curve)
             if curve.shape != gt.shape[1:2]:
                 raise ValueError(f"{path}: mean_{action}_error has shape {curve.shape}, expected {gt.shape[1:2]}")
-        pairs.append(Pair(action, poses_to_euler(gt), poses_to_euler(pred), curve))
+        pairs.append(Pair(action, gt, pred, curve))
     return pairs
 
 
