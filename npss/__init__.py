@@ -18,9 +18,12 @@ from npss._score import score, score_windows
 if TYPE_CHECKING:
     from npss import protocol, rotations
     from npss._accumulator import Accumulator
+    from npss._compare import Comparison, compare
+    from npss._diagnose import Finding, diagnose
     from npss._euler_error import euler_error, euler_error_curve, mse
     from npss._explain import explain
     from npss._poses import poses_to_euler
+    from npss._report import Report, report
     from npss._signature import METRIC_VERSION, parse_signature, signature
     from npss._unwrap import unwrap
 
@@ -30,8 +33,13 @@ __all__ = [
     "CONVENTIONS",
     "METRIC_VERSION",
     "Accumulator",
+    "Comparison",
     "Convention",
+    "Finding",
+    "Report",
     "__version__",
+    "compare",
+    "diagnose",
     "euler_error",
     "euler_error_curve",
     "explain",
@@ -39,6 +47,7 @@ __all__ = [
     "parse_signature",
     "poses_to_euler",
     "protocol",
+    "report",
     "rotations",
     "score",
     "score_windows",
@@ -50,7 +59,12 @@ __all__ = [
 # than `import numpy`.
 _LAZY = {
     "Accumulator": "npss._accumulator",
+    "Comparison": "npss._compare",
+    "Finding": "npss._diagnose",
     "METRIC_VERSION": "npss._signature",
+    "Report": "npss._report",
+    "compare": "npss._compare",
+    "diagnose": "npss._diagnose",
     "euler_error": "npss._euler_error",
     "euler_error_curve": "npss._euler_error",
     "explain": "npss._explain",
@@ -58,6 +72,7 @@ _LAZY = {
     "parse_signature": "npss._signature",
     "poses_to_euler": "npss._poses",
     "protocol": "npss.protocol",
+    "report": "npss._report",
     "rotations": "npss.rotations",
     "signature": "npss._signature",
     "unwrap": "npss._unwrap",

@@ -166,31 +166,49 @@ def mse(gt: npt.ArrayLike, pred: npt.ArrayLike) -> float:
         raise ValueError("pred: its mean squared difference from gt is beyond the largest float64") from None
 
 
+def sequence_errors(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: str = "gt") -> Float64:
+    """Return the error of every frame of every sequence, ``(N, T)``, of which `euler_error_curve` is the mean."""
+    truth, prediction = motion_pair(gt, pred)
+    errors = np.concatenate(list(_errors(truth, prediction, columns)))
+    _check_range(errors)
+    return errors
+
+
 def _curve(gt: Array, pred: Array, columns: str) -> Float64:
-    """Return the mean over sequences of the norms, ``(T,)``."""
-    one_of("columns", columns, ("gt", "pred", "all"))
+    """Return the mean over sequences, ``(T,)``."""
     n_sequences = len(gt) if gt.ndim == 3 else 1
     curve = np.zeros(gt.shape[-2])
-    with np.errstate(all="ignore"):
-        for top, first, second in _blocks(gt, pred):
+    for errors in _errors(gt, pred, columns):
+        curve += errors.sum(axis=0) / n_sequences
+    _check_range(curve)
+    return curve
+
+
+def _check_range(errors: Float64) -> None:
+    if not np.isfinite(errors).all():
+        raise ValueError("pred: its difference from gt is beyond the largest float64")
+
+
+def _errors(gt: Array, pred: Array, columns: str) -> Iterator[Float64]:
+    """Yield the errors ``(n, T)`` of some sequences after others; infinite where they are beyond float64."""
+    one_of("columns", columns, ("gt", "pred", "all"))
+    for top, first, second in _blocks(gt, pred):
+        with np.errstate(all="ignore"):
             if columns == "all":
                 moves = np.ones((len(first), first.shape[2]), bool)
             else:
                 moves = _moving(first if columns == "gt" else second)
-            norms = _norms(first, second, moves)
-            if not np.isfinite(norms).all():
+            errors = _norms(first, second, moves)
+            if not np.isfinite(errors).all():
                 first, second, shift = _scaled(first, second, gt, pred)
-                norms = np.ldexp(_norms(first, second, moves), shift)
-            still = ~moves.any(axis=1)
-            if columns == "gt" and still.any():
-                raise ValueError(
-                    f"gt: no feature of sequence {top + int(np.argmax(still))} moves "
-                    f"(standard deviation over its frames > {MOVES:g}), so no feature would be compared"
-                )
-            curve += norms.sum(axis=0) / n_sequences
-    if not np.isfinite(curve).all():
-        raise ValueError("pred: its difference from gt is beyond the largest float64")
-    return curve
+                errors = np.ldexp(_norms(first, second, moves), shift)
+        still = ~moves.any(axis=1)
+        if columns == "gt" and still.any():
+            raise ValueError(
+                f"gt: no feature of sequence {top + int(np.argmax(still))} moves "
+                f"(standard deviation over its frames > {MOVES:g}), so no feature would be compared"
+            )
+        yield errors
 
 
 def _norms(first: Float64, second: Float64, moves: npt.NDArray[np.bool_]) -> Float64:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 from npss._checks import motion_pair, positive_number
 from npss._convention import CONVENTIONS, as_convention
-from npss._euler_error import euler_error
+from npss._euler_error import euler_error, sequence_errors
 from npss._progress import Progress
+from npss._report import report
 from npss._score import quotient, score_windows, weighted_sums
 from npss._signature import Value, parse_signature, signature, stated_of
 from npss._unwrap import unwrap
@@ -29,6 +31,7 @@ def measure(
     unwrapped: str = "off",
     seed: npt.ArrayLike | None = None,
     workers: int = 1,
+    sequences: bool = False,
     **context: Value,
 ) -> Record:
     """Measure a prediction by every metric that is asked for.
@@ -51,6 +54,8 @@ def measure(
         The seed frames, for ``unwrapped='seed'``.
     workers : int, optional
         As for `score`.
+    sequences : bool, optional
+        Measure each sequence alone, too: what intervals and comparisons are made from.
     **context
         What else the signature states.
 
@@ -59,8 +64,11 @@ def measure(
     dict
         ``npss`` by convention, ``npss_windows`` by convention and window, ``euler_error`` by time, as far as they were
         asked for; the one ``signature`` of them all, and ``signatures``, that of each number by metric or convention.
+        In ``sequences``, lists with a value for each sequence: ``npss`` by convention, ``weight`` by convention (of
+        which the score is the weighted mean), ``euler_error`` by time.
     """
     record: Record = {}
+    alone: Record = {}  # of each sequence
     stated: dict[str, Any] = {"unwrap": unwrapped, **context}
     if fps is not None:
         stated["fps"] = positive_number("fps", fps)
@@ -68,6 +76,10 @@ def measure(
     if at_ms:
         errors = euler_error(gt, pred, fps=_needed(fps), at_ms=at_ms)
         record["euler_error"] = {str(time): error for time, error in errors.items()}
+        if sequences:
+            by_frame = sequence_errors(gt, pred).T  # (T, N)
+            frames = {str(time): round(time * _needed(fps) / 1000) for time in errors}
+            alone["euler_error"] = {time: by_frame[frame - 1].tolist() for time, frame in frames.items()}
         stated |= {"columns": "gt", "average": "at"}
         metric = "npss+euler_error"
     if unwrapped != "off":
@@ -78,6 +90,11 @@ def measure(
         with Progress(f"NPSS {name}") as progress:
             sums = weighted_sums(*motion_pair(gt, pred), as_convention(name), workers=workers, progress=progress)
         record["npss"][name] = quotient(*sums)
+    if sequences:
+        reports = {name: report(gt, pred, convention=name) for name in conventions}
+        alone["npss"] = {name: np.nan_to_num(one.per_sequence).tolist() for name, one in reports.items()}
+        alone["weight"] = {name: one.weight.sum(axis=1).tolist() for name, one in reports.items()}
+        record["sequences"] = alone
     if edges_s:
         record["npss_windows"] = {
             name: score_windows(gt, pred, fps=_needed(fps), edges_s=edges_s, convention=name, workers=workers)

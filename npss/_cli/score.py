@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from npss._convention import CONVENTIONS
+from npss._diagnose import diagnose
 from npss._euler_error import euler_error_curve
 from npss._files import Pair, read_pair, read_samples
 from npss._poses import poses_to_euler
@@ -122,6 +123,7 @@ def _record(
         )
     except (TypeError, ValueError) as error:
         raise type(error)(f"{pair.name}: {error}" if pair.name is not None else str(error)) from error
+    record["diagnosis"] = [str(finding) for finding in diagnose(pair.gt, pair.pred)]
     if pair.stored_curve is not None:
         curve = euler_error_curve(pair.gt, pair.pred)
         record["stored_curve_difference"] = float(np.abs(curve - pair.stored_curve).max())
@@ -145,4 +147,7 @@ def _text(record: Record, *, markdown: bool) -> str:
         difference = record["stored_curve_difference"]
         verdict = "reproduced" if difference < 1e-6 else "NOT reproduced"
         lines.append(f"\nThe file's own Euler error curve is {verdict}: largest difference {difference:.1e} rad.")
+    if record["diagnosis"]:
+        lines.append("\nLook at this before you trust the numbers:")
+        lines += [f"- {finding}" for finding in record["diagnosis"]]
     return "\n".join(lines)

@@ -1,0 +1,89 @@
+"""Confidence intervals of weighted means over sequences, by the bootstrap."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from npss._checks import Float64, is_real
+
+#: How an interval was made, in words that a table can print.
+METHOD = "studentised bootstrap over sequences"
+RESAMPLES = 9999
+_BLOCK = 2**20  # draws at once
+
+
+def bootstrap_interval(
+    numerator: Float64, denominator: Float64, *, level: float = 0.95, seed: int = 0, resamples: int = RESAMPLES
+) -> tuple[Float64, Float64]:
+    """Return where the quotient of two sums over sequences lies, as far as the sequences tell.
+
+    Sequences are drawn with replacement; each draw's quotient is divided by its own standard error before quantiles are
+    taken. With eight sequences of skewed weights, plain percentiles of the quotients miss far more often than
+    they say; this interval misses less often, for being wider (the documentation has the simulation).
+
+    Parameters
+    ----------
+    numerator : (..., N) ndarray of float64
+        What each of the N sequences adds to the numerator; none is negative.
+    denominator : (..., N) ndarray of float64
+        Of the same shape.
+    level : float, optional
+        Share of such intervals that should hold the true value.
+    seed : int, optional
+        Of the generator that draws.
+    resamples : int, optional
+        How often is drawn.
+
+    Returns
+    -------
+    low, high : (...) ndarray of float64
+        ``high`` is infinite where there are too few sequences to tell: at the usual level, fewer than four.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the level is not between 0 and 1.
+
+    References
+    ----------
+    B. Efron and R. J. Tibshirani, "An Introduction to the Bootstrap", 1993, section 12.5.
+    """
+    tail = (1 - checked_level(level)) / 2
+    n = numerator.shape[-1]
+    value = numerator.sum(axis=-1) / denominator.sum(axis=-1)
+    if n == 1:
+        return np.zeros_like(value), np.full_like(value, np.inf)
+    residual = numerator - value[..., np.newaxis] * denominator
+    residual[np.abs(residual) <= 1e-13 * numerator] = 0.0  # rounding
+    # Of the sequences drawn, c[i] times each, the sums of what a quotient and its standard error are made of.
+    terms = [residual, denominator, residual**2, residual * denominator, denominator**2]
+    rng = np.random.default_rng(seed)
+    parts = []
+    for top in range(0, resamples, rows := max(1, _BLOCK // n)):
+        drawn = rng.integers(n, size=(min(rows, resamples - top), n))
+        drawn += n * np.arange(len(drawn))[:, np.newaxis]
+        counts = np.bincount(drawn.ravel(), minlength=drawn.size).reshape(drawn.shape).astype(np.float64)
+        parts.append([term @ counts.T for term in terms])
+    r, d, rr, rd, dd = (np.concatenate(sums, axis=-1) for sums in zip(*parts, strict=True))  # (..., resamples)
+    with np.errstate(all="ignore"):
+        shift = r / d  # of the quotient
+        squares = rr - 2 * shift * rd + shift**2 * dd
+        squares[squares <= 1e-12 * rr] = 0.0  # a draw of one sequence only has no spread, and knows of no error
+        studentised = np.where(shift == 0, 0.0, r / np.sqrt(squares))
+    error = np.sqrt(np.square(residual).sum(axis=-1)) / denominator.sum(axis=-1)
+    most, least = (
+        np.quantile(studentised, share, axis=-1, method="inverted_cdf") for share in (1 - tail, tail)
+    )  # a method that does not average: some may be infinite
+    with np.errstate(invalid="ignore"):
+        low, high = value - most * error, value - least * error
+    certain = error == 0
+    return np.where(certain, value, np.maximum(low, 0.0)), np.where(certain, value, high)
+
+
+def checked_level(level: object) -> float:
+    """Read a confidence level, between 0 and 1."""
+    if not is_real(level):
+        raise TypeError(f"level: expected a number between 0 and 1, got {level!r}")
+    if not 0 < level < 1:
+        raise ValueError(f"level: expected a number between 0 and 1, got {level}")
+    return float(level)

@@ -1,0 +1,229 @@
+"""A score taken apart: which sequences and joints it comes from, and how sure it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval
+from npss._checks import Array, Float64, each, motion_pair, positive_number
+from npss._convention import Convention, as_convention
+from npss._kernel import blocks, tile
+from npss._score import score
+from npss._signature import Value, signature
+from npss._tables import table
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Report:
+    """NPSS of a set of motions, with what it is made of. `npss.report` makes it; ``float(report)`` is the score.
+
+    Parameters
+    ----------
+    score : float
+        As `npss.score` returns it.
+    signature : str
+        What the score means.
+    emd : (N, D) ndarray of float64
+        The distance of every feature of every sequence; 0 where the weight is 0.
+    weight : (N, D) ndarray of float64
+        Their weights, in the squared unit of the ground truth.
+    feature_names : tuple of str
+        Names of the D features.
+    """
+
+    score: float
+    signature: str
+    emd: Float64
+    weight: Float64
+    feature_names: tuple[str, ...]
+
+    def __float__(self) -> float:
+        """Return the score."""
+        return self.score
+
+    @property
+    def per_sequence(self) -> Float64:
+        """The score of each sequence alone, ``(N,)``; NaN where it has no power."""
+        return _quotient((self.weight * self.emd).sum(axis=1), self.weight.sum(axis=1))
+
+    @property
+    def per_feature(self) -> Float64:
+        """The score of each feature alone, ``(D,)``; NaN where it has no power in any sequence."""
+        return _quotient((self.weight * self.emd).sum(axis=0), self.weight.sum(axis=0))
+
+    @property
+    def joint_share(self) -> dict[str, float]:
+        """How much of the score comes from each joint, largest first; the shares sum to 1.
+
+        Features are of one joint if their names are equal up to the last dot, such as ``LeftArm.x`` and ``LeftArm.y``.
+        Where the score is 0, so is each share.
+        """
+        parts = (self.weight * self.emd).sum(axis=0)
+        total = float(parts.sum()) or 1.0
+        shares: dict[str, float] = {}
+        for name, part in zip(self.feature_names, parts, strict=True):
+            joint = joint_of(name)
+            shares[joint] = shares.get(joint, 0.0) + float(part) / total
+        return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+    def interval(self, *, level: float = 0.95, seed: int = 0) -> tuple[float, float]:
+        """Return where the score would lie on other sequences of the same kind: a confidence interval.
+
+        By the studentised bootstrap over sequences, with 9999 resamples.
+
+        Parameters
+        ----------
+        level : float, optional
+            Share of such intervals that should hold the score of infinitely many sequences.
+        seed : int, optional
+            Of the generator that resamples.
+
+        Returns
+        -------
+        low, high : float
+            From 0, and to infinity, where fewer than four sequences do not tell.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the level is not between 0 and 1.
+        """
+        low, high = bootstrap_interval(*self._sums(), level=level, seed=seed)
+        return float(low), float(high)
+
+    def _sums(self) -> tuple[Float64, Float64]:
+        return (self.weight * self.emd).sum(axis=1), self.weight.sum(axis=1)
+
+    def __repr__(self) -> str:
+        return f"Report(score={self.score!r}, signature={self.signature!r})"
+
+    def __str__(self) -> str:
+        """Say everything in a few lines."""
+        low, high = self.interval()
+        lines = [
+            f"NPSS {self.score:.4f}, {low:.4f} to {high:.4f} (95 %, {METHOD}, {RESAMPLES} resamples, seed 0)",
+            f"  {self.signature}",
+        ]
+        shares = [[joint, f"{share:.1%}"] for joint, share in self.joint_share.items() if share > 0]
+        lines += ["", table(["joint", "of the score"], shares[:8], "lr")] if shares else []
+        if len(shares) > 8:
+            lines.append(f"and {len(shares) - 8} more")
+        numbered = [[str(i), f"{value:.4f}"] for i, value in enumerate(self.per_sequence)]
+        worst = sorted(numbered, key=lambda row: -float(row[1]))
+        lines += ["", table(["sequence", "NPSS"], worst[:8], "rr")]
+        if len(worst) > 8:
+            lines.append(f"and {len(worst) - 8} more, with less")
+        return "\n".join(lines)
+
+
+def report(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    convention: str | Convention = "paper",
+    fps: float | None = None,
+    feature_names: Sequence[str] | None = None,
+    **context: Value,
+) -> Report:
+    """Score a prediction, and say which sequences and joints the score comes from and how sure it is.
+
+    Parameters
+    ----------
+    gt, pred : (N, T, D) or (T, D) array_like
+        As for `score`.
+    convention : {'paper', 'released', 'literal'} or Convention, optional
+        As for `score`.
+    fps : float, optional
+        Frames per second, stated in the signature.
+    feature_names : sequence of str, optional
+        Names of the D features, such as ``npss.skeleton.H36M_COLUMNS``; by default ``'0'``, ``'1'``, ... Names that
+        are equal up to their last dot are of one joint.
+    **context
+        What else the signature states, as for `signature`: ``representation``, ``protocol``.
+
+    Returns
+    -------
+    Report
+        Its text (``print(report)``) has the score, its interval and where it comes from.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `score`; and where there are not as many names as features.
+
+    See Also
+    --------
+    compare : is one prediction better than another?
+    diagnose : does something about the motion make its score meaningless?
+
+    References
+    ----------
+    A. Gopalakrishnan et al., "A Neural Temporal Model for Human Motion Prediction", CVPR 2019, section 3.5,
+    equations 7 to 9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import npss
+    >>> motion = np.random.default_rng(0).normal(size=(2, 8, 50, 3)).cumsum(axis=2)
+    >>> report = npss.report(*motion, feature_names=["hip", "knee.x", "knee.y"])
+    >>> float(report) == npss.score(*motion)
+    True
+    >>> {joint: round(share, 2) for joint, share in report.joint_share.items()}
+    {'knee': 0.51, 'hip': 0.49}
+    >>> report.interval()[0] < report.score < report.interval()[1]
+    True
+    """
+    truth, prediction = motion_pair(gt, pred)
+    chosen = as_convention(convention)
+    n_frames, n_features = truth.shape[-2:]
+    names = [str(i) for i in range(n_features)] if feature_names is None else each("feature_names", feature_names)
+    if len(names) != n_features or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"feature_names: expected {n_features} names, one for each feature, got {len(names)}: {names}")
+    stated: dict[str, Any] = {"frames": n_frames, **context}
+    if fps is not None:
+        stated["fps"] = positive_number("fps", fps)
+    value = score(truth, prediction, convention=chosen)
+    emd, weight = contributions(truth, prediction, chosen)
+    return Report(
+        score=value,
+        signature=signature(chosen, **stated),
+        emd=emd,
+        weight=weight,
+        feature_names=tuple(names),
+    )
+
+
+def contributions(gt: Array, pred: Array, convention: Convention) -> tuple[Float64, Float64]:
+    """Return the distance and the weight of every feature of every sequence, both ``(N, D)``.
+
+    Raises
+    ------
+    ValueError
+        If a value is NaN or infinite, or the weights are beyond float64.
+    """
+    shape = (len(gt) if gt.ndim == 3 else 1, gt.shape[-1])
+    emd, weight = np.empty(shape), np.empty(shape)
+    for block in blocks(gt):
+        part = tile(gt, pred, convention, block)
+        emd[block] = part.distance
+        with np.errstate(over="ignore", under="ignore"):
+            weight[block] = part.weight if part.exponent is None else np.ldexp(part.weight, part.exponent)
+    if not (np.isfinite(weight.sum()) and weight.any()):
+        raise ValueError("gt: its power is beyond float64; scale it (a power of two keeps every bit of the score)")
+    return np.where(weight > 0, emd, 0.0), weight
+
+
+def joint_of(feature: str) -> str:
+    """Return the joint of a feature's name: what stands before its last dot."""
+    return feature.rpartition(".")[0] or feature
+
+
+def _quotient(numerator: Float64, denominator: Float64) -> Float64:
+    quotient: Float64 = np.divide(numerator, denominator, out=np.full(len(numerator), np.nan), where=denominator > 0)
+    return quotient
