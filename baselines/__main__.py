@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from baselines import evaluate
+from baselines import evaluate, leaderboard, sensitivity
 from npss._cli import run
 
 
@@ -14,7 +14,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="python -m baselines", description="Reference predictors and models of human motion."
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (evaluate,):
+    for command in (evaluate, leaderboard, sensitivity):
         command.add_parser(commands)
     return run(parser, arguments)
 

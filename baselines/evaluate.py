@@ -49,7 +49,7 @@ def synthetic_task(n: int = 64) -> Task:
     return Task("gait", f"synthetic-{n}", poses[:, :N_SEED], poses[:, N_SEED:])
 
 
-def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "off") -> Record:
+def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "off", sequences: bool = False) -> Record:
     """Measure a predictor on a task: the record of ``npss.score`` and its relatives, under every convention.
 
     Parameters
@@ -62,11 +62,14 @@ def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "o
         The windows.
     unwrapped : {'off', 'target', 'seed'}, optional
         Jumps of 2 pi removed before NPSS: never, over the target, or from the seed on.
+    sequences : bool, optional
+        Measure each sequence, too.
 
     Returns
     -------
     dict
-        ``model``, ``action``, ``euler_error``, ``npss``, ``npss_windows``, ``signature`` and ``signatures``.
+        ``model``, ``action``, ``euler_error``, ``npss``, ``npss_windows``, ``signature`` and ``signatures``;
+        ``sequences`` if asked for.
     """
     seed, gt = poses_to_euler(task.seed), poses_to_euler(task.target)
     pred = poses_to_euler(predictor(task.seed, task.target.shape[1]))
@@ -78,6 +81,7 @@ def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "o
         edges_s=EDGES_S,
         unwrapped=unwrapped,
         seed=seed,
+        sequences=sequences,
         representation="euler",
         frames=gt.shape[1],
         protocol=task.protocol,
@@ -85,7 +89,7 @@ def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "o
     return {"model": name, "action": task.action, **measured}
 
 
-def leaderboard(records: Sequence[Record], *, markdown: bool = False) -> str:
+def summary(records: Sequence[Record], *, markdown: bool = False) -> str:
     """Lay records out for people: a table an action, models in the order of NPSS, the best of each column marked."""
     parts = []
     for action in dict.fromkeys(record["action"] for record in records):
@@ -107,16 +111,8 @@ def leaderboard(records: Sequence[Record], *, markdown: bool = False) -> str:
     return "\n\n".join(parts)
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to those of ``python -m baselines``."""
-    parser: argparse.ArgumentParser = commands.add_parser(
-        "evaluate",
-        help="score predictors on the test windows of Human3.6M",
-        description="Score predictors on test windows, by NPSS under every convention and by the Euler error.",
-    )
-    parser.add_argument(
-        "models", nargs="*", metavar="MODEL", help=f"of {', '.join(PREDICTORS)}; all of them if none is named"
-    )
+def add_task_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say what there is to predict."""
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
         "--h36m",
@@ -140,11 +136,41 @@ def add_parser(commands: Any) -> None:
         choices=h36m.WINDOWS,
         help="the eight windows of published tables (default), or 256 random ones",
     )
+
+
+def tasks_of(options: argparse.Namespace) -> Iterator[Task]:
+    """Return the tasks that the options ask for."""
+    if options.synthetic:
+        if options.actions or options.windows:
+            raise ValueError("--synthetic has one action and its own windows: leave out --actions and --windows")
+        return iter([synthetic_task()])
+    if options.h36m is None:
+        raise ValueError("--h36m DIR names the folder of Human3.6M; --synthetic needs no data")
+    actions = options.actions or ("walking", "eating", "smoking")
+    return h36m_tasks(Path(options.h36m), actions, options.windows or h36m.WINDOWS[0], cache=options.cache)
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of ``python -m baselines``."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "evaluate",
+        help="score predictors on the test windows of Human3.6M",
+        description="Score predictors on test windows, by NPSS under every convention and by the Euler error.",
+    )
+    parser.add_argument(
+        "models", nargs="*", metavar="MODEL", help=f"of {', '.join(PREDICTORS)}; all of them if none is named"
+    )
+    add_task_options(parser)
     parser.add_argument(
         "--unwrap",
         choices=("off", "target", "seed"),
         default="off",
         help="remove jumps of 2 pi before NPSS: not (default, as published), over the target, or from the seed on",
+    )
+    parser.add_argument(
+        "--sequences",
+        action="store_true",
+        help="measure each sequence, too (JSON): a leaderboard of such records has intervals and comparisons",
     )
     parser.add_argument(
         "--format", choices=("table", "json", "markdown"), help="default: table on a terminal, else json"
@@ -157,18 +183,13 @@ def run(options: argparse.Namespace) -> None:
     names = options.models or list(PREDICTORS)
     if unknown := [name for name in names if name not in PREDICTORS]:
         raise ValueError(f"MODEL: {unknown[0]!r} is not one of {', '.join(PREDICTORS)}")
-    if options.synthetic:
-        if options.actions or options.windows:
-            raise ValueError("--synthetic has one action and its own windows: leave out --actions and --windows")
-        tasks: Iterator[Task] = iter([synthetic_task()])
-    elif options.h36m is None:
-        raise ValueError("--h36m DIR names the folder of Human3.6M; --synthetic needs no data")
-    else:
-        actions = options.actions or ("walking", "eating", "smoking")
-        tasks = h36m_tasks(Path(options.h36m), actions, options.windows or h36m.WINDOWS[0], cache=options.cache)
-    records = [evaluate(name, PREDICTORS[name], task, unwrapped=options.unwrap) for task in tasks for name in names]
+    records = [
+        evaluate(name, PREDICTORS[name], task, unwrapped=options.unwrap, sequences=options.sequences)
+        for task in tasks_of(options)
+        for name in names
+    ]
     form = options.format or ("table" if sys.stdout.isatty() else "json")
     if form == "json":
         print(json.dumps(records, indent=2))
     else:
-        print(leaderboard(records, markdown=form == "markdown"))
+        print(summary(records, markdown=form == "markdown"))

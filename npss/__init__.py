@@ -16,12 +16,13 @@ from npss._convention import CONVENTIONS, Convention
 from npss._score import score, score_windows
 
 if TYPE_CHECKING:
-    from npss import protocol, rotations
+    from npss import plot, protocol, published, rotations, skeleton, study
     from npss._accumulator import Accumulator
     from npss._compare import Comparison, compare
     from npss._diagnose import Finding, diagnose
     from npss._euler_error import euler_error, euler_error_curve, mse
     from npss._explain import explain
+    from npss._leaderboard import leaderboard
     from npss._poses import poses_to_euler
     from npss._report import Report, report
     from npss._signature import METRIC_VERSION, parse_signature, signature
@@ -43,15 +44,20 @@ __all__ = [
     "euler_error",
     "euler_error_curve",
     "explain",
+    "leaderboard",
     "mse",
     "parse_signature",
+    "plot",
     "poses_to_euler",
     "protocol",
+    "published",
     "report",
     "rotations",
     "score",
     "score_windows",
     "signature",
+    "skeleton",
+    "study",
     "unwrap",
 ]
 
@@ -68,13 +74,18 @@ _LAZY = {
     "euler_error": "npss._euler_error",
     "euler_error_curve": "npss._euler_error",
     "explain": "npss._explain",
+    "leaderboard": "npss._leaderboard",
     "mse": "npss._euler_error",
     "parse_signature": "npss._signature",
+    "plot": "npss.plot",
     "poses_to_euler": "npss._poses",
     "protocol": "npss.protocol",
+    "published": "npss.published",
     "report": "npss._report",
     "rotations": "npss.rotations",
     "signature": "npss._signature",
+    "skeleton": "npss.skeleton",
+    "study": "npss.study",
     "unwrap": "npss._unwrap",
 }
 

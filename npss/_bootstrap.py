@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from npss._checks import Float64, is_real
+from npss._checks import Float64, is_integer, is_real
 
 #: How an interval was made, in words that a table can print.
 METHOD = "studentised bootstrap over sequences"
@@ -26,7 +26,7 @@ def bootstrap_interval(
     numerator : (..., N) ndarray of float64
         What each of the N sequences adds to the numerator; none is negative.
     denominator : (..., N) ndarray of float64
-        Of the same shape.
+        Of the same shape. Sequences with 0 in every row do not count, and are not drawn.
     level : float, optional
         Share of such intervals that should hold the true value.
     seed : int, optional
@@ -42,35 +42,41 @@ def bootstrap_interval(
     Raises
     ------
     TypeError, ValueError
-        If the level is not between 0 and 1.
+        If the level is not between 0 and 1, or the seed is not a whole number from 0 on.
 
     References
     ----------
     B. Efron and R. J. Tibshirani, "An Introduction to the Bootstrap", 1993, section 12.5.
     """
     tail = (1 - checked_level(level)) / 2
+    rng = np.random.default_rng(checked_seed(seed))
+    counts = denominator.any(axis=tuple(range(denominator.ndim - 1)))
+    numerator, denominator = numerator[..., counts], denominator[..., counts]
     n = numerator.shape[-1]
-    value = numerator.sum(axis=-1) / denominator.sum(axis=-1)
+    whole, base = numerator.sum(axis=-1), denominator.sum(axis=-1)
+    value = whole / base
     if n == 1:
         return np.zeros_like(value), np.full_like(value, np.inf)
-    residual = numerator - value[..., np.newaxis] * denominator
+    # In units of the two sums, so that no square leaves the range of float64; where all is 0, so is every part.
+    numerator = numerator / np.where(whole == 0, 1.0, whole)[..., np.newaxis]
+    denominator = denominator / base[..., np.newaxis]
+    residual = numerator - denominator * numerator.sum(axis=-1, keepdims=True)
     residual[np.abs(residual) <= 1e-13 * numerator] = 0.0  # rounding
-    # Of the sequences drawn, c[i] times each, the sums of what a quotient and its standard error are made of.
+    # Of the sequences drawn, so many times each, the sums of what a quotient and its standard error are made of.
     terms = [residual, denominator, residual**2, residual * denominator, denominator**2]
-    rng = np.random.default_rng(seed)
     parts = []
     for top in range(0, resamples, rows := max(1, _BLOCK // n)):
         drawn = rng.integers(n, size=(min(rows, resamples - top), n))
         drawn += n * np.arange(len(drawn))[:, np.newaxis]
-        counts = np.bincount(drawn.ravel(), minlength=drawn.size).reshape(drawn.shape).astype(np.float64)
-        parts.append([term @ counts.T for term in terms])
+        times = np.bincount(drawn.ravel(), minlength=drawn.size).reshape(drawn.shape).astype(np.float64)
+        parts.append([term @ times.T for term in terms])
     r, d, rr, rd, dd = (np.concatenate(sums, axis=-1) for sums in zip(*parts, strict=True))  # (..., resamples)
     with np.errstate(all="ignore"):
         shift = r / d  # of the quotient
         squares = rr - 2 * shift * rd + shift**2 * dd
         squares[squares <= 1e-12 * rr] = 0.0  # a draw of one sequence only has no spread, and knows of no error
         studentised = np.where(shift == 0, 0.0, r / np.sqrt(squares))
-    error = np.sqrt(np.square(residual).sum(axis=-1)) / denominator.sum(axis=-1)
+    error = value * np.sqrt(np.square(residual).sum(axis=-1))
     most, least = (
         np.quantile(studentised, share, axis=-1, method="inverted_cdf") for share in (1 - tail, tail)
     )  # a method that does not average: some may be infinite
@@ -87,3 +93,12 @@ def checked_level(level: object) -> float:
     if not 0 < level < 1:
         raise ValueError(f"level: expected a number between 0 and 1, got {level}")
     return float(level)
+
+
+def checked_seed(seed: object) -> int:
+    """Read the seed of a generator, a whole number from 0 on."""
+    if not is_integer(seed):
+        raise TypeError(f"seed: expected a whole number, got {seed!r}")
+    if seed < 0:
+        raise ValueError(f"seed: expected a whole number from 0 on, got {seed}")
+    return int(seed)

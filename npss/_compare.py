@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Float64, is_integer, motion_array, motion_pair, one_of, positive_number
+from npss._bootstrap import checked_seed
+from npss._checks import Float64, motion_array, motion_pair, one_of, positive_number
 from npss._convention import Convention, as_convention
 from npss._euler_error import sequence_errors
 from npss._frames import whole_frames
-from npss._report import contributions
+from npss._report import contributions, stated_with
 from npss._score import quotient, weighted_sums
 from npss._sign_flip import SAMPLES, SignFlips, sign_flips
 from npss._signature import Value, signature
@@ -132,13 +132,17 @@ def compare(
     Raises
     ------
     TypeError, ValueError
-        As `score` or `euler_error`; or if there is only one sequence, or `fps` and `at_ms` do not fit the metric.
+        As `score` or `euler_error`, with the names ``pred_a`` and ``pred_b``; where there is only one sequence, `fps`
+        and `at_ms` do not fit the metric, or a weight leaves the range of float64.
 
     Notes
     -----
-    The test holds the ground truth, and with it the weights of sequences, as given. Under its null
-    hypothesis, a p-value of at most p has probability of at most p. A p-value cannot be smaller than 2 / 2**N, which
-    is .0078 for the eight windows of the field; comparing many models asks for less (`leaderboard` corrects for it).
+    The test holds the ground truth, and with it the weights of sequences, as given. Its null hypothesis is that a
+    sequence's two predictions may as well be exchanged; then a p-value of at most p has probability of at most p,
+    however few the sequences. That is more than equal scores: where the differences are skewed, or go with the weight
+    of the sequence, models of equal score are told apart too often, and the interval misses too often. A p-value cannot
+    be smaller than 2 / 2**N, which is .0078 for the eight windows of the field; comparing many models asks for less
+    (`leaderboard` corrects for it).
 
     References
     ----------
@@ -160,19 +164,20 @@ def compare(
     truth = motion_array("gt", gt)
     if truth.ndim != 3 or len(truth) < 2:
         raise ValueError(f"gt: expected shape (N, T, D) with N >= 2 sequences to pair, got {truth.shape}")
-    if not is_integer(seed):
-        raise TypeError(f"seed: expected a whole number, got {seed!r}")
-    stated: dict[str, Any] = {"frames": truth.shape[1], **context}
-    if fps is not None:
-        stated["fps"] = positive_number("fps", fps)
+    checked_seed(seed)
+    known: dict[str, Value] = {"frames": truth.shape[1]}
+    rate = None if fps is None else positive_number("fps", fps)
+    if rate is not None:
+        known["fps"] = rate
     if metric == "npss" and at_ms is not None:
         raise ValueError("at_ms: NPSS is of all frames; leave it out, or compare by metric='euler_error'")
     chosen = as_convention(convention)
     if metric == "euler_error":
-        if fps is None or at_ms is None:
+        if rate is None or at_ms is None:
             raise ValueError("at_ms: the Euler error is one of a time: give fps and at_ms")
-        frame = whole_frames("at_ms", at_ms, stated["fps"], first=1, last=truth.shape[1], per_second=1000) - 1
-        stated |= {"at_ms": at_ms, "columns": "gt", "average": "at"}
+        frame = whole_frames("at_ms", at_ms, rate, first=1, last=truth.shape[1], per_second=1000) - 1
+        known |= {"at_ms": at_ms, "columns": "gt", "average": "at"}
+    stated = stated_with(context, **known)
 
     def measured(name: str, values: npt.ArrayLike) -> tuple[float, Float64, Float64]:
         try:
@@ -180,8 +185,9 @@ def compare(
             if metric == "euler_error":
                 errors = sequence_errors(truth, pred)[:, frame]
                 return float(errors.mean()), errors, np.ones(len(errors))
+            value = quotient(*weighted_sums(truth, pred, chosen))
             emd, weight = contributions(truth, pred, chosen)
-            return quotient(*weighted_sums(truth, pred, chosen)), (weight * emd).sum(axis=1), weight.sum(axis=1)
+            return value, (weight * emd).sum(axis=1), weight.sum(axis=1)
         except (TypeError, ValueError) as error:
             raise type(error)(re.sub("^pred:", f"{name}:", str(error))) from error
 

@@ -27,7 +27,9 @@ class Finding:
     count : int
         How often.
     where : tuple of int
-        Index of the first place; of all features for ``'powerless'``; empty where it is everywhere.
+        Index of the first place, which begins with the sequence (0 for motion of shape ``(T, D)``), and ends with the
+        quaternion for ``'quaternion-sign'``; of all features for ``'powerless'``; of the largest for ``'degrees'``;
+        empty where it is everywhere.
     message : str
         What it means.
     """
@@ -46,7 +48,8 @@ class Finding:
             place = f" (feature {self.where[0]})" if self.where else ""
             return f"{self.argument}: {self.message}{place}"
         where = self.where[0] if len(self.where) == 1 else self.where
-        what = ("sequence", "sequence, feature", "sequence, frame, feature")[len(self.where) - 1]
+        last = "quaternion" if self.trap == "quaternion-sign" else "feature"
+        what = ("sequence", "sequence, feature", f"sequence, frame, {last}")[len(self.where) - 1]
         return f"{self.argument}: {self.count} {self.message}; the first at {what} {where}"
 
 
@@ -76,8 +79,8 @@ def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Finding, ...]:
     - ``wrap``: jumps of about 2 pi between two frames of an angle;
     - ``quaternion-sign``: unit quaternions that change sign between frames, where D is a multiple of 4;
     - ``constant``: predictions that do not move;
-    - ``shift``: a prediction that is, or by a factor of two is closer to, the ground truth one or two frames earlier
-      or later, such as windows cut one frame late;
+    - ``shift``: a prediction of at least ten frames that is, or by a factor of two is closer to, the ground truth one
+      or two frames earlier or later, such as windows cut one frame late;
     - ``degrees``: values or movements that are too large for radians;
     - ``axes``: motion that is smooth along the last axis only, as if time were there;
     - ``powerless``: features that are zero throughout the ground truth, and so have no weight;
@@ -93,10 +96,10 @@ def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Finding, ...]:
     pred: is the ground truth 1 frame later
     """
     truth, prediction = motion_pair(gt, pred)
-    if truth.ndim == 2:
-        truth, prediction = truth[np.newaxis], prediction[np.newaxis]
     check_finite("gt", truth)
     check_finite("pred", prediction)
+    if truth.ndim == 2:
+        truth, prediction = truth[np.newaxis], prediction[np.newaxis]
     traps = [trap() for trap in TRAPS]
     height = max(1, _BLOCK // (truth.shape[1] * truth.shape[2]))
     with np.errstate(over="ignore", invalid="ignore"):  # values of which the squares overflow are in no trap
@@ -105,4 +108,4 @@ def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Finding, ...]:
             block = Block(top, truth[rows].astype(np.float64), prediction[rows].astype(np.float64))
             for trap in traps:
                 trap.see(block)
-    return tuple(Finding(trap.name, *found) for trap in traps for found in trap.found())
+        return tuple(Finding(trap.name, *found) for trap in traps for found in trap.found())

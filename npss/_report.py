@@ -29,9 +29,9 @@ class Report:
     signature : str
         What the score means.
     emd : (N, D) ndarray of float64
-        The distance of every feature of every sequence; 0 where the weight is 0.
+        The distance of every feature of every sequence; 0 where the weight is 0. Read-only.
     weight : (N, D) ndarray of float64
-        Their weights, in the squared unit of the ground truth.
+        Their weights, in the squared unit of the ground truth. Read-only.
     feature_names : tuple of str
         Names of the D features.
     """
@@ -91,7 +91,7 @@ class Report:
         Raises
         ------
         TypeError, ValueError
-            If the level is not between 0 and 1.
+            If the level is not between 0 and 1, or the seed is not a whole number from 0 on.
         """
         low, high = bootstrap_interval(*self._sums(), level=level, seed=seed)
         return float(low), float(high)
@@ -113,9 +113,9 @@ class Report:
         lines += ["", table(["joint", "of the score"], shares[:8], "lr")] if shares else []
         if len(shares) > 8:
             lines.append(f"and {len(shares) - 8} more")
-        numbered = [[str(i), f"{value:.4f}"] for i, value in enumerate(self.per_sequence)]
-        worst = sorted(numbered, key=lambda row: -float(row[1]))
-        lines += ["", table(["sequence", "NPSS"], worst[:8], "rr")]
+        alone = self.per_sequence
+        worst = np.argsort(-alone, kind="stable")  # NaN comes last
+        lines += ["", table(["sequence", "NPSS"], [[str(i), f"{alone[i]:.4f}"] for i in worst[:8]], "rr")]
         if len(worst) > 8:
             lines.append(f"and {len(worst) - 8} more, with less")
         return "\n".join(lines)
@@ -154,7 +154,8 @@ def report(
     Raises
     ------
     TypeError, ValueError
-        As `score`; and where there are not as many names as features.
+        As `score`; where there are not as many names as features; and where a weight leaves the range of float64,
+        which a score does not.
 
     See Also
     --------
@@ -182,14 +183,20 @@ def report(
     truth, prediction = motion_pair(gt, pred)
     chosen = as_convention(convention)
     n_frames, n_features = truth.shape[-2:]
-    names = [str(i) for i in range(n_features)] if feature_names is None else each("feature_names", feature_names)
-    if len(names) != n_features or not all(isinstance(name, str) for name in names):
+    if feature_names is None:
+        names = [str(i) for i in range(n_features)]
+    else:
+        names = each("feature_names", feature_names, "names")
+    if strange := [name for name in names if not isinstance(name, str)]:
+        raise TypeError(f"feature_names: expected text, got {strange[0]!r}")
+    if len(names) != n_features:
         raise ValueError(f"feature_names: expected {n_features} names, one for each feature, got {len(names)}: {names}")
-    stated: dict[str, Any] = {"frames": n_frames, **context}
+    stated = stated_with(context, frames=n_frames)
     if fps is not None:
         stated["fps"] = positive_number("fps", fps)
     value = score(truth, prediction, convention=chosen)
     emd, weight = contributions(truth, prediction, chosen)
+    emd.flags.writeable = weight.flags.writeable = False
     return Report(
         score=value,
         signature=signature(chosen, **stated),
@@ -205,7 +212,7 @@ def contributions(gt: Array, pred: Array, convention: Convention) -> tuple[Float
     Raises
     ------
     ValueError
-        If a value is NaN or infinite, or the weights are beyond float64.
+        If a value is NaN or infinite, or the weights leave the range of float64.
     """
     shape = (len(gt) if gt.ndim == 3 else 1, gt.shape[-1])
     emd, weight = np.empty(shape), np.empty(shape)
@@ -214,9 +221,19 @@ def contributions(gt: Array, pred: Array, convention: Convention) -> tuple[Float
         emd[block] = part.distance
         with np.errstate(over="ignore", under="ignore"):
             weight[block] = part.weight if part.exponent is None else np.ldexp(part.weight, part.exponent)
-    if not (np.isfinite(weight.sum()) and weight.any()):
+    with np.errstate(over="ignore"):
+        largest = float(weight.sum()) * gt.shape[-2]  # that a weighted sum of distances can be
+    if not 1e-280 < largest < 1e300:
         raise ValueError("gt: its power is beyond float64; scale it (a power of two keeps every bit of the score)")
     return np.where(weight > 0, emd, 0.0), weight
+
+
+def stated_with(context: dict[str, Value], **known: Value) -> dict[str, Any]:
+    """Return what a signature states: the context, and what is known without it, which it may not contradict."""
+    for name in ("metric", "version", *known):
+        if name in context:
+            raise TypeError(f"{name}: the signature states it anyway; leave it out")
+    return {**known, **context}
 
 
 def joint_of(feature: str) -> str:

@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from npss._bootstrap import checked_level
+from npss._bootstrap import checked_level, checked_seed
 from npss._checks import Float64
 
 EXACT_UP_TO = 16  # sequences; beyond, exchanges are drawn
 SAMPLES = 9999
+_BLOCK = 2**18  # choices held at once
 
 
 class SignFlips(NamedTuple):
@@ -28,14 +29,12 @@ class SignFlips(NamedTuple):
 
     def p_value(self) -> float:
         """Return the share of exchanges that are at least as extreme, in either direction, as what was seen."""
-        finite = np.isfinite(self.low)
-        # Sums in another order differ by rounding, which must not break ties.
-        slack = 1e-12 * max(np.abs(self.low[finite]).max(initial=0), np.abs(self.high[finite]).max(initial=0))
-        return float(np.mean((self.low <= slack) & (self.high >= -slack)))
+        return float(np.mean((self.low <= 0) & (self.high >= 0)))
 
     def interval(self, level: float) -> tuple[float, float]:
         """Return the smallest and largest difference that the test at ``1 - level`` would not reject."""
-        rank = math.floor((1 - checked_level(level)) * len(self.low) + 1e-9)
+        last = len(self.low) - 1
+        rank = min(last, math.floor((1 - checked_level(level)) * len(self.low) + 1e-9))
         return float(np.sort(self.low)[rank]), float(np.sort(self.high)[::-1][rank])
 
 
@@ -45,11 +44,17 @@ def sign_flips(difference: Float64, weight: Float64, *, seed: int = 0) -> SignFl
     Parameters
     ----------
     difference : (N,) ndarray of float64
-        What each sequence adds to the difference of the two numerators.
+        What each sequence adds to the difference of the two numerators. Less than 1e-10 of its weight is rounding,
+        which must not decide, and counts as none.
     weight : (N,) ndarray of float64
         What each adds to the denominator, which they share; positive.
     seed : int, optional
         Of the generator that draws the sets.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the seed is not a whole number from 0 on.
 
     References
     ----------
@@ -58,15 +63,29 @@ def sign_flips(difference: Float64, weight: Float64, *, seed: int = 0) -> SignFl
     """
     n = len(difference)
     exact = n <= EXACT_UP_TO
-    if exact:  # the last sequence stays: a set and its complement are the same exchange
-        chosen = np.arange(2 ** (n - 1))[:, np.newaxis] >> np.arange(n) & 1
-    else:
-        chosen = np.random.default_rng(seed).integers(2, size=(SAMPLES + 1, n))
-        chosen[0] = 0  # what was seen is one of the exchanges: without it, p could be zero
-    sets = chosen.astype(np.float64)
-    with np.errstate(invalid="ignore"):
-        inside = (sets @ difference) / (sets @ weight)
-        outside = ((1 - sets) @ difference) / ((1 - sets) @ weight)
+    rng = np.random.default_rng(checked_seed(seed))
+    difference = np.where(np.abs(difference) <= 1e-10 * weight, 0.0, difference)
+    n_sets = 2 ** (n - 1) if exact else SAMPLES + 1
+    terms = np.stack([difference, np.abs(difference), weight], axis=1)
+    inside, outside = np.empty((2, n_sets))
+    for top in range(0, n_sets, rows := max(1, _BLOCK // n)):
+        some = np.arange(top, min(top + rows, n_sets))
+        if exact:  # the last sequence stays: a set and its complement are the same exchange
+            chosen = some[:, np.newaxis] >> np.arange(n) & 1
+        else:
+            chosen = rng.integers(2, size=(len(some), n), dtype=np.uint8)
+            chosen[some == 0] = 0  # what was seen is one of the exchanges: without it, p could be zero
+        sets = chosen.astype(np.float64)
+        inside[some] = _quotients(sets @ terms)
+        outside[some] = _quotients((1 - sets) @ terms)
     whole = np.isnan(inside) | np.isnan(outside)
     low, high = np.minimum(inside, outside), np.maximum(inside, outside)
     return SignFlips(np.where(whole, -np.inf, low), np.where(whole, np.inf, high), exact)
+
+
+def _quotients(sums: Float64) -> Float64:
+    """Return the quotients of differences and weights, given sums ``(k, 3)`` of terms; NaN of none."""
+    difference, size, weight = sums.T
+    with np.errstate(invalid="ignore"):  # rounding must not break ties
+        quotients: Float64 = np.where(np.abs(difference) <= 1e-12 * size, 0.0, difference) / weight
+    return quotients

@@ -142,6 +142,7 @@ class Shift(Trap):
 
     name = "shift"
     _LAGS = (-2, -1, 0, 1, 2)
+    _FEWEST = 10  # frames; in fewer, what starts well and drifts away is closer to the past by a factor of two
 
     def __init__(self) -> None:
         self._squares = dict.fromkeys(self._LAGS, 0.0)
@@ -149,7 +150,7 @@ class Shift(Trap):
     def see(self, block: Block) -> None:
         """Add up the squared difference at each lag, over the frames that all lags have."""
         n_frames = block.gt.shape[1]
-        if n_frames < 5:
+        if n_frames < self._FEWEST:
             return
         middle = block.pred[:, 2 : n_frames - 2]
         for lag in self._LAGS:
@@ -206,6 +207,8 @@ class SwappedAxes(Trap):
         self._sums = np.zeros((2, 2))  # along time and features: squared steps, squared distances from the mean
 
     def see(self, block: Block) -> None:
+        if block.gt.shape[1] < 3:  # between two frames, all motion looks erratic
+            return
         for row, axis in enumerate((1, 2)):
             steps = np.square(np.diff(block.gt, axis=axis)).sum()
             self._sums[row] += steps, block.gt.var(axis=axis).sum() * block.gt.shape[axis]
@@ -232,7 +235,7 @@ class Powerless(Trap):
         self._predicted: Mask | None = None
 
     def see(self, block: Block) -> None:
-        power, predicted = block.gt.any(axis=(0, 1)), block.pred.any(axis=(0, 1))
+        power, predicted = (np.asarray(motion.any(axis=(0, 1))) for _, motion in block.named())
         self._power = power if self._power is None else self._power | power
         self._predicted = predicted if self._predicted is None else self._predicted | predicted
 
@@ -258,10 +261,13 @@ class NoRealPower(Trap):
         self._odd = _Tally()
 
     def see(self, block: Block) -> None:
-        """Count the features of sequences that are circularly odd, such as a whole number of periods of a sine."""
+        """Count the features of sequences that are circularly odd, such as a whole number of periods of a sine.
+
+        As far as float32 tells: predictions are often computed in it.
+        """
         even = block.pred + block.pred[:, -np.arange(block.pred.shape[1])]
         size = np.abs(block.pred).max(axis=1)
-        self._odd.add(block.top, (np.abs(even).max(axis=1) < 1e-9 * size) & block.gt.any(axis=1))
+        self._odd.add(block.top, (np.abs(even).max(axis=1) < 1e-6 * size) & block.gt.any(axis=1))
 
     def found(self) -> Iterator[Found]:
         if self._odd.count:

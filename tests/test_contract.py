@@ -15,6 +15,8 @@ FUNCTIONS = {
     "euler_error": lambda g, p: npss.euler_error(g, p, fps=2, at_ms=(1000,))[1000],
     "euler_error_curve": lambda g, p: float(npss.euler_error_curve(g, p).sum()),
     "mse": npss.mse,
+    "report": lambda g, p: float(npss.report(g, p).emd.sum()),
+    "diagnose": lambda g, p: float(sum(finding.count for finding in npss.diagnose(g, p))),
 }
 SHAPE = (2, 4, 3)
 
@@ -166,6 +168,10 @@ def test_inputs_are_never_written_and_nothing_warns(pair):
             npss.score(gt, pred, convention=name)
         npss.euler_error_curve(gt, pred, columns="all")
         npss.mse(gt, pred)
+        npss.diagnose(gt, pred)
+        str(npss.report(gt, pred))
+        if len(gt) > 1:
+            str(npss.compare(gt, pred, -pred))
     np.testing.assert_array_equal(gt, copies[0])
     np.testing.assert_array_equal(pred, copies[1])
 

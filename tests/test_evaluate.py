@@ -89,7 +89,7 @@ class TestSynthetic:
     def test_numbers_are_rounded_not_cut(self):
         record = json.loads(json.dumps(evaluate.evaluate("m", PREDICTORS["repeat-50"], evaluate.synthetic_task())))
         record["npss"]["paper"], record["euler_error"]["80"] = 12.34567, 1234567.0
-        row = next(line for line in evaluate.leaderboard([record]).splitlines() if line.startswith("m "))
+        row = next(line for line in evaluate.summary([record]).splitlines() if line.startswith("m "))
         assert row.split()[1] == "12.3457*"
         assert "1234567.0000*" in row
 

@@ -18,7 +18,7 @@ MODULES = sorted(
     for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     if not module.name.endswith("__main__")
 )
-NAMESPACES = (npss, npss.rotations, npss.protocol)
+NAMESPACES = (npss, npss.plot, npss.protocol, npss.published, npss.rotations, npss.skeleton, npss.study)
 FUNCTIONS = [
     (space.__name__, name) for space in NAMESPACES for name in space.__all__ if inspect.isfunction(getattr(space, name))
 ]

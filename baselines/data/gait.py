@@ -16,24 +16,26 @@ _ROOT = 6  # columns 0-2: displacement of the root since the frame before, in mm
 # What swings most, by column: mean angle, amplitude at the stride's frequency and at its double (radians), and by how
 # much of a stride it lags. The other columns of COLUMNS only sway.
 _SWINGS = {
-    6: (0.0, 0.45, 0.05, 0.0),  # right hip
-    9: (0.55, 0.40, 0.20, 0.2),  # right knee
-    12: (0.0, 0.20, 0.10, 0.3),  # right foot
-    15: (0.1, 0.15, 0.10, 0.4),  # right toes
-    21: (0.0, 0.45, 0.05, 0.5),  # left hip
-    24: (0.55, 0.40, 0.20, 0.7),  # left knee
-    27: (0.0, 0.20, 0.10, 0.8),  # left foot
-    30: (0.1, 0.15, 0.10, 0.9),  # left toes
-    36: (0.1, 0.02, 0.04, 0.0),  # spine
-    39: (0.1, 0.02, 0.04, 0.0),  # chest
-    42: (0.2, 0.01, 0.03, 0.1),  # neck
-    45: (0.1, 0.01, 0.03, 0.1),  # head
-    51: (0.2, 0.10, 0.03, 0.0),  # left shoulder
-    53: (1.6, 0.35, 0.05, 0.0),  # left upper arm
-    54: (0.5, 0.25, 0.05, 0.1),  # left elbow
-    75: (0.2, 0.10, 0.03, 0.5),  # right shoulder
-    77: (-1.6, 0.35, 0.05, 0.5),  # right upper arm
-    78: (0.5, 0.25, 0.05, 0.6),  # right elbow
+    6: (0.15, 0.40, 0.05, 0.0),  # right hip
+    9: (-0.50, -0.40, 0.15, 0.75),  # right knee
+    12: (-0.15, 0.15, 0.05, 0.3),  # right foot
+    15: (0.60, 0.15, 0.10, 0.4),  # right toes
+    21: (0.15, 0.40, 0.05, 0.5),  # left hip
+    24: (-0.50, -0.40, 0.15, 0.25),  # left knee
+    27: (-0.15, 0.15, 0.05, 0.8),  # left foot
+    30: (0.60, 0.15, 0.10, 0.9),  # left toes
+    36: (0.05, 0.02, 0.04, 0.0),  # spine
+    39: (0.05, 0.02, 0.04, 0.0),  # chest
+    42: (-0.80, 0.01, 0.03, 0.1),  # neck
+    45: (1.00, 0.01, 0.03, 0.1),  # head
+    53: (2.10, 0.03, 0.03, 0.0),  # left shoulder
+    54: (0.00, 0.30, 0.05, 0.5),  # left arm, forwards
+    56: (0.80, 0.05, 0.03, 0.0),  # left arm, down
+    57: (-0.50, -0.25, 0.05, 0.5),  # left elbow
+    77: (-2.10, 0.03, 0.03, 0.5),  # right shoulder
+    78: (0.00, 0.30, 0.05, 0.0),  # right arm, forwards
+    80: (-0.80, 0.05, 0.03, 0.5),  # right arm, down
+    81: (-0.50, -0.25, 0.05, 0.0),  # right elbow
 }
 
 

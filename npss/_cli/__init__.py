@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 
 import npss
-from npss._cli import demo, explain, score
+from npss._cli import demo, explain, leaderboard, report, score, study
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -18,7 +18,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--version", action="version", version=f"npss {npss.__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (score, explain, demo):
+    for command in (score, leaderboard, report, study, explain, demo):
         command.add_parser(commands)
     return run(parser, arguments)
 
@@ -31,7 +31,7 @@ def run(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> int
         sys.stdout.flush()
     except BrokenPipeError:  # the reader has seen enough, e.g. `npss score ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (OSError, TypeError, ValueError) as error:
+    except (ImportError, OSError, TypeError, ValueError) as error:
         message = " ".join(str(error).split())
         print(f"{parser.prog}: error: {message}", file=sys.stderr)
         return 2

@@ -19,11 +19,11 @@ def add_parser(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Print the leaderboard."""
     # Here, not above: the library does not need its reference models.
-    from baselines.evaluate import evaluate, leaderboard, synthetic_task
+    from baselines.evaluate import evaluate, summary, synthetic_task
     from baselines.predictors import PREDICTORS
 
     task = synthetic_task()
-    print(leaderboard([evaluate(name, predictor, task) for name, predictor in PREDICTORS.items()]))
+    print(summary([evaluate(name, predictor, task) for name, predictor in PREDICTORS.items()]))
     print(
         "\nOne prediction has as many scores as there are conventions. What a signature says: npss explain 'SIGNATURE'"
     )

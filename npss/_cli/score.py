@@ -102,7 +102,7 @@ def _records(options: argparse.Namespace) -> list[Record]:
 
 
 def _record(
-    pair: Pair, options: argparse.Namespace, fps: float | None, samples: bool, context: dict[str, Value]
+    pair: Pair, options: argparse.Namespace, fps: float | None, samples: bool, context: dict[str, Any]
 ) -> Record:
     n_frames = pair.gt.shape[-2] if pair.gt.ndim > 1 else 0
     times = options.at_ms

@@ -1,0 +1,62 @@
+"""``npss leaderboard``: rank the models whose predictions, or records, files hold."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from npss._leaderboard_frame import Leaderboard
+
+FORMATS = ("text", "markdown", "latex", "html", "csv")
+
+_DESCRIPTION = """\
+Rank models, with intervals, and mark differences that are more than chance.
+
+  npss leaderboard DIR            a folder with a file of samples for each model; the file's name is the model's
+  npss leaderboard FILE ...       such files, and records (.json) as python -m baselines evaluate prints them
+
+Needs pandas: pip install 'npss[pandas]'.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of ``npss``."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "leaderboard",
+        help="rank models by their prediction files",
+        description=_DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "paths", nargs="+", type=Path, metavar="PATH", help="a folder, .h5 or .npz samples, .json records"
+    )
+    parser.add_argument("--protocol", help="which test windows the samples are of, to be stated in the signature")
+    add_options(parser)
+    parser.set_defaults(run=run)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of whatever prints a leaderboard."""
+    parser.add_argument("--published", action="store_true", help="show published rows of the same meaning, too")
+    parser.add_argument(
+        "--by", metavar="COLUMN", help="sort by this column, such as 'NPSS released' (default: the first)"
+    )
+    parser.add_argument("--level", type=float, default=0.95, help="of intervals and marks (default: 0.95)")
+    parser.add_argument("--format", choices=FORMATS, default="text")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Print the leaderboard."""
+    context = {"protocol": options.protocol} if options.protocol else {}
+    show(options.paths, options, **context)
+
+
+def show(source: Any, options: argparse.Namespace, **context: Any) -> Leaderboard:
+    """Print the leaderboard of whatever it can be made of, and return it."""
+    from npss._leaderboard import leaderboard  # here, since few commands need it
+
+    board = leaderboard(source, published=options.published, by=options.by, level=options.level, **context)
+    print(getattr(board, f"to_{options.format}")())
+    return board

@@ -1,0 +1,142 @@
+"""``npss report``: everything there is to see about some prediction files, on one page."""
+
+from __future__ import annotations
+
+import argparse
+import io
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from npss._checks import Array
+from npss._cli.leaderboard import add_options, show
+from npss._diagnose import diagnose
+from npss._files import Pair
+from npss._pages.report import Figure, report_page
+from npss._poses import poses_to_euler
+from npss._progress import Progress
+from npss._render import html_tables, tables
+from npss._report import Report, report
+from npss._submissions import Submissions, read_submissions, records_of
+from npss.protocol import FPS
+from npss.skeleton import FEATURE_NAMES, H36M, poses_to_positions
+
+if TYPE_CHECKING:
+    from npss._leaderboard_frame import Leaderboard
+
+_SHOWN = 8  # sequences of an action that move on the page: more would make it large
+_STRIP_MS = (160, 560, 1000, 2000, 4000)  # of figure 2 of the NPSS paper
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of ``npss``."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "report",
+        help="write a page that shows all about prediction files",
+        description="Write a page (HTML, one file) with the leaderboard, the diagnosis, pictures and moving skeletons. "
+        "Needs pandas and matplotlib: pip install 'npss[pandas,plot]'.",
+    )
+    parser.add_argument(
+        "paths", nargs="+", type=Path, metavar="PATH", help="a folder of .h5 or .npz samples, or such files"
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="the page to write")
+    parser.add_argument("--protocol", help="which test windows the samples are of, to be stated in the signature")
+    add_options(parser)
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Print the leaderboard, and write the page."""
+    submissions = read_submissions(options.paths)
+    context = {"protocol": options.protocol} if options.protocol else {}
+    write(options.output, submissions, show(records_of(submissions, **context), options))
+
+
+def write(path: Path, submissions: Submissions, board: Leaderboard) -> None:
+    """Write the page of some submissions and their leaderboard."""
+    actions = list(dict.fromkeys(action for pairs in submissions.values() for action in pairs))
+    parts = []
+    with Progress("drawing") as progress:
+        for done, action in enumerate(actions, 1):
+            of_action = {model: pairs[action] for model, pairs in submissions.items() if action in pairs}
+            parts.append(_Action(action, of_action, board))
+            progress(done / len(actions))
+    page = report_page(
+        title=f"{len(submissions)} models on {', '.join(actions)}",
+        boards=html_tables(board.standings, by=board.by),
+        notes=board.notes,
+        signatures=list(dict.fromkeys(one.result.signature for one in board.standings)),
+        figures=[figure for part in parts for figure in part.figures],
+        findings=[finding for part in parts for finding in part.findings],
+        clips={part.action: part.clips for part in parts},
+        fps=FPS,
+        skeleton=H36M,
+    )
+    path.write_text(page, encoding="utf-8")
+
+
+class _Action:
+    """What the page shows of one action."""
+
+    def __init__(self, action: str, pairs: Mapping[str, Pair], board: Leaderboard) -> None:
+        self.action = action
+        self._poses = {"ground truth": next(iter(pairs.values())).gt, **{m: pair.pred for m, pair in pairs.items()}}
+        self._gt = poses_to_euler(self._poses["ground truth"])
+        self._preds = {model: poses_to_euler(pair.pred) for model, pair in pairs.items()}
+        (table,) = (table for table in tables(board.standings, board.by) if table.action == action)
+        self._best = table.models[0][0]
+        self.findings = [(f"{action}, {label}", lines) for label, lines in self._diagnose() if lines]
+        self.clips = {label: poses_to_positions(poses[:_SHOWN]) for label, poses in self._poses.items()}
+        self.figures = list(self._draw())
+
+    def _diagnose(self) -> Iterator[tuple[str, list[str]]]:
+        """Yield what is to be said of the ground truth, once, and of each prediction."""
+        found = {model: diagnose(self._gt, pred) for model, pred in self._preds.items()}
+        truth = dict.fromkeys(str(one) for several in found.values() for one in several if one.argument == "gt")
+        yield "ground truth", list(truth)
+        for model, several in found.items():
+            yield model, [str(one) for one in several if one.argument == "pred"]
+
+    def _draw(self) -> Iterator[Figure]:
+        from npss import plot  # here, since matplotlib takes its time
+
+        times = [time for time in _STRIP_MS if time * FPS <= 1000 * self._gt.shape[1]]
+        strip = plot.film_strip(
+            {label: positions[0] for label, positions in self.clips.items()}, fps=FPS, at_ms=times, skeleton=H36M
+        )
+        yield self._figure(
+            "the first sequence", strip, "Ground truth and predictions at the times of the NPSS paper's figure 2."
+        )
+        errors = plot.errors(self._gt, self._preds, fps=FPS)
+        yield self._figure(
+            "Euler error over time", errors, "With pointwise 95 % intervals, by the bootstrap over sequences."
+        )
+        taken_apart = report(
+            self._gt, self._preds[self._best], fps=FPS, feature_names=FEATURE_NAMES, representation="euler"
+        )
+        shares = plot.contributions(taken_apart)
+        yield self._figure(f"where the score of {self._best} comes from", shares, "Shares of joints and sequences.")
+        sequence, feature = _largest(taken_apart)
+        spectra = plot.spectra(
+            *(self._gt, self._preds[self._best]),
+            fps=FPS,
+            sequence=sequence,
+            feature=feature,
+            names=("ground truth", self._best),
+            feature_names=FEATURE_NAMES,
+        )
+        yield self._figure(
+            f"the spectra behind it, {self._best}", spectra, "Of the feature and sequence that cost most."
+        )
+
+    def _figure(self, title: str, figure: Any, caption: str) -> Figure:
+        svg = io.StringIO()
+        figure.savefig(svg, format="svg", bbox_inches="tight")
+        return Figure(f"{self.action}: {title}", svg.getvalue(), caption)
+
+
+def _largest(taken_apart: Report) -> tuple[int, int]:
+    """Return the sequence and feature that contribute most."""
+    parts: Array = taken_apart.weight * taken_apart.emd
+    sequence, feature = divmod(int(parts.argmax()), parts.shape[1])
+    return sequence, feature

@@ -1,0 +1,137 @@
+"""Leaderboards: models by actions and metrics as a DataFrame, and as a paper or a page prints them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from npss import published as published_rows
+from npss._records import Record
+from npss._report import Report
+from npss._signature import Value
+from npss._standings import Result, notes, result_of_report, results_of_record, standings
+from npss._submissions import read_all
+
+if TYPE_CHECKING:
+    from npss._leaderboard_frame import Leaderboard
+
+Source = (
+    str | PathLike[str] | Iterable[str | PathLike[str]] | Iterable[Record] | Mapping[str, Report | Mapping[str, Report]]
+)
+
+
+def leaderboard(
+    source: Source,
+    *,
+    published: bool = False,
+    by: str | None = None,
+    level: float = 0.95,
+    seed: int = 0,
+    **context: Value,
+) -> Leaderboard:
+    """Rank models: scores with intervals, and marks where a difference is more than chance.
+
+    Parameters
+    ----------
+    source : path, sequence of paths, sequence of dict, or mapping
+        A folder with a file of samples for each model (``.h5`` or ``.npz``; the file's name is the model's), or such
+        files; records, as ``python -m baselines evaluate --format json`` prints them, or files of them (``.json``);
+        or reports: a mapping from models to a `Report`, or to a mapping from actions to a `Report`.
+    published : bool, optional
+        Show the published rows of the same meaning beside one's own, marked, and not ranked.
+    by : str, optional
+        The column by which written tables are sorted and show ranks, such as ``'NPSS released'``; by default the first.
+    level : float, optional
+        Of the confidence intervals; a difference is marked at 1 minus it.
+    seed : int, optional
+        Of the generators behind intervals and tests.
+    **context
+        What the signatures of numbers measured from files state besides, such as ``protocol='srnn-8'``.
+
+    Returns
+    -------
+    Leaderboard
+        A ``pandas.DataFrame``, models by actions and columns (NPSS by convention, Euler error by time), with NaN where
+        a model has no number; ``.tidy`` has a row for each number with its interval, rank and signature, and
+        ``.to_markdown()``, ``.to_latex()``, ``.to_html()`` and ``.to_csv()`` write it.
+
+    Raises
+    ------
+    ImportError
+        Without pandas: ``pip install 'npss[pandas]'``.
+    TypeError
+        If `source` is none of these.
+    ValueError
+        If two numbers to be ranked together differ in meaning: shows both signatures. If models were scored on
+        different ground truth, a model is there twice, a file is broken, no published row has the same meaning, or no
+        column is called `by`.
+
+    Notes
+    -----
+    In each column, models are ranked by 1 plus the number of models that are better by more than chance: the paired
+    sign-flip test of `compare`, with Holm's correction over all pairs. Hence models share ranks. Numbers without their
+    single sequences (records made without ``--sequences``) are ranked by value.
+
+    References
+    ----------
+    A. Gopalakrishnan et al., "A Neural Temporal Model for Human Motion Prediction", CVPR 2019, tables 4 to 7 (the
+    published rows).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import npss
+    >>> rng = np.random.default_rng(0)
+    >>> gt = rng.normal(size=(8, 50, 3)).cumsum(axis=1)
+    >>> models = {"close": gt + 0.3 * rng.normal(size=gt.shape), "far": rng.normal(size=gt.shape)}
+    >>> board = npss.leaderboard({name: npss.report(gt, pred) for name, pred in models.items()})
+    >>> board.tidy[["model", "rank", "best", "worse"]]
+       model  rank   best  worse
+    0  close     1   True  False
+    1    far     2  False   True
+    """
+    from npss._leaderboard_frame import Leaderboard
+
+    results = _results(source, context)
+    if not results:
+        raise ValueError("source: nothing to rank in it")
+    if published:
+        results += _published(results)
+    columns = list(dict.fromkeys(result.column for result in results))
+    if by is not None and by not in columns:
+        raise ValueError(f"by: expected one of {', '.join(columns)}; got {by!r}")
+    found = standings(results, level=level, seed=seed)
+    return Leaderboard.of(found, notes(found, level=level, seed=seed), by)
+
+
+def _results(source: Any, context: Mapping[str, Value]) -> list[Result]:
+    if isinstance(source, Mapping):
+        return [
+            result_of_report(model, action, report)
+            for model, reports in source.items()
+            for action, report in ({"": reports} if isinstance(reports, Report) else reports).items()
+        ]
+    if isinstance(source, str | PathLike):
+        source = [source]
+    if not isinstance(source, Iterable):
+        raise TypeError(f"source: expected paths, records or reports, got {source!r}")
+    several = list(source)
+    if all(isinstance(one, str | PathLike) for one in several):
+        several = read_all([Path(one) for one in several], **context)
+    elif not all(isinstance(one, Mapping) for one in several):
+        raise TypeError(f"source: expected paths, or records, got {several!r:.200}")
+    return [result for record in several for result in results_of_record(record)]
+
+
+def _published(results: list[Result]) -> list[Result]:
+    """Return the published results that mean the same as some of those."""
+    own = {(result.action, result.column): result.signature for result in results}
+    rows = [result for record in published_rows.records() for result in results_of_record(record)]
+    same = [row for row in rows if own.get((row.action, row.column)) == row.signature]
+    if not same:
+        alike = next((row for row in rows if (row.action, row.column) in own), rows[0])
+        mine = own.get((alike.action, alike.column), results[0].signature)
+        raise ValueError(f"published: no published number means the same as one of yours: {alike.signature} and {mine}")
+    return same

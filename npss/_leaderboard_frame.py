@@ -1,0 +1,89 @@
+"""The DataFrame of a leaderboard; the one module that needs pandas."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from npss import _render
+from npss._standings import Standing
+
+try:
+    import pandas as pd
+except ImportError:
+    raise ImportError("npss.leaderboard needs pandas: pip install 'npss[pandas]'") from None
+
+
+class Leaderboard(pd.DataFrame):  # type: ignore[misc]
+    """Scores of models by actions and columns; `npss.leaderboard` makes it.
+
+    It is a DataFrame, and what is computed from it (``board * 2``, ``board.T``) is a plain one; but it is written as a
+    leaderboard: a table for each action, with ranks, intervals, marks and signatures.
+    """
+
+    standings: tuple[Standing, ...] = ()
+    notes: tuple[str, ...] = ()
+    by: str | None = None
+
+    @property
+    def _constructor(self) -> type[Any]:
+        return pd.DataFrame  # type: ignore[no-any-return]
+
+    @classmethod
+    def of(cls, standings: Sequence[Standing], notes: Sequence[str], by: str | None = None) -> Leaderboard:
+        """Lay standings out, models as rows, actions and columns as columns, in the order in which they come."""
+        values: dict[tuple[str, str], dict[str, float]] = {}
+        for standing in standings:
+            result = standing.result
+            name = f"{result.model} (published)" if result.source else result.model
+            values.setdefault((result.action, result.column), {})[name] = result.value
+        models = list(dict.fromkeys(model for column in values.values() for model in column))
+        columns = pd.MultiIndex.from_tuples(sorted(values, key=_order(values)), names=["action", "column"])
+        rows = [[values[column].get(model, float("nan")) for column in columns] for model in models]
+        board = cls(rows, index=pd.Index(models, name="model"), columns=columns, dtype=float)
+        board.standings = tuple(standings)
+        board.notes = tuple(notes)
+        board.by = by
+        return board
+
+    @property
+    def tidy(self) -> pd.DataFrame:
+        """A row for each number, with its interval, rank, p-value (of the difference from the best) and signature."""
+        return pd.DataFrame(
+            [
+                {
+                    **{name: getattr(one.result, name) for name in ("model", "action", "column", "value")},
+                    **{name: getattr(one, name) for name in ("low", "high", "rank", "best", "worse", "p_value")},
+                    **{name: getattr(one.result, name) for name in ("source", "signature")},
+                }
+                for one in self.standings
+            ]
+        ).astype({"low": float, "high": float, "rank": "Int64", "p_value": float})
+
+    def to_text(self, *, digits: int = 3) -> str:
+        """Return the leaderboard for a terminal."""
+        return _render.to_text(self.standings, self.notes, by=self.by, digits=digits)
+
+    def to_markdown(self, *, digits: int = 3) -> str:
+        """Return the leaderboard in Markdown."""
+        return _render.to_text(self.standings, self.notes, by=self.by, digits=digits, markdown=True)
+
+    def to_latex(self, *, digits: int = 3) -> str:
+        """Return the leaderboard as LaTeX tables, for the package booktabs."""
+        return _render.to_latex(self.standings, self.notes, by=self.by, digits=digits)
+
+    def to_html(self, *, digits: int = 3) -> str:
+        """Return the leaderboard as HTML tables."""
+        return _render.to_html(self.standings, self.notes, by=self.by, digits=digits)
+
+    def to_csv(self, path: Any = None) -> str | None:
+        """Write ``tidy`` as CSV, unrounded, to a file, or return it."""
+        written: str | None = self.tidy.to_csv(path, index=False)
+        return written
+
+
+def _order(values: dict[tuple[str, str], Any]) -> Any:
+    """Return a key that keeps the columns of an action together, in the order in which actions come."""
+    actions = list(dict.fromkeys(action for action, _ in values))
+    places = {column: place for place, column in enumerate(values)}
+    return lambda column: (actions.index(column[0]), places[column])

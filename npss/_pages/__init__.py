@@ -1,0 +1,6 @@
+"""Pages of HTML, each one file that needs nothing else: the survey of a user study, and the report."""
+
+from npss._pages.report import Figure, report_page
+from npss._pages.survey import survey, survey_page
+
+__all__ = ["Figure", "report_page", "survey", "survey_page"]

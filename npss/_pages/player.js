@@ -1,0 +1,202 @@
+"use strict";
+// Moving skeletons, each on a canvas of its own, that play in step and turn together.
+
+const DISTANCE = 6000; // of the camera, in millimetres
+const GRID = 400; // between the lines of the floor, in millimetres
+const HOLD = 0.6; // seconds at the last frame before the motion starts again
+
+function element(name, properties = {}, ...children) {
+  const made = Object.assign(document.createElement(name), properties);
+  made.append(...children);
+  return made;
+}
+
+// Positions of joints, x y z, frame after frame: millimetres as 16-bit integers, lowest byte first.
+function unpack(text) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  return new Int16Array(bytes.buffer);
+}
+
+class Player {
+  // `figure` holds fps and bones, each (child, parent, side).
+  constructor(box, figure, { abreast = false } = {}) {
+    this.figure = figure;
+    this.joints = 1 + Math.max(0, ...figure.bones.flatMap(([child, parent]) => [child, parent]));
+    this.panels = [];
+    this.frame = null;
+    this.frames = 0;
+    this.yaw = 50; // degrees; 0 faces the viewer, 90 looks to the right
+    this.pitch = 8;
+    this.started = null; // when frame 0 was, on the clock of the animation; null while paused
+
+    this.box = element("div", { className: abreast ? "panels abreast" : "panels" });
+    this.button = element("button", { type: "button" });
+    this.slider = element("input", { type: "range", min: 0, step: 1 });
+    this.clock = element("output");
+    this.view = element("input", { type: "range", min: -180, max: 180, step: 5, value: this.yaw });
+    const controls = element(
+      "div",
+      { className: "controls" },
+      this.button,
+      element("label", { className: "time" }, "Time", this.slider, this.clock),
+      element("label", { className: "view" }, "View", this.view),
+    );
+    box.append(this.box, controls);
+
+    this.button.addEventListener("click", () => (this.started === null ? this.play() : this.pause()));
+    this.slider.addEventListener("input", () => {
+      this.pause();
+      this.seek(Number(this.slider.value));
+    });
+    this.view.addEventListener("input", () => this.turn(Number(this.view.value), this.pitch));
+    this.resized = new ResizeObserver(() => this.draw());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
+    this.pause();
+  }
+
+  // Show motions from their beginning: panels of {label, truth, motion}.
+  show(panels) {
+    this.resized.disconnect();
+    this.panels = panels.map(({ label, truth, motion }) => {
+      const canvas = element("canvas", { role: "img", ariaLabel: `Moving skeleton: ${label}` });
+      this.drag(canvas);
+      this.resized.observe(canvas);
+      return { label, truth, canvas, motion: unpack(motion) };
+    });
+    this.box.replaceChildren(
+      ...this.panels.map(({ label, truth, canvas }) =>
+        element("figure", { className: truth ? "truth" : "" }, element("figcaption", {}, label), canvas),
+      ),
+    );
+    this.frames = Math.max(...this.panels.map(({ motion }) => motion.length / this.joints / 3));
+    this.slider.max = this.frames - 1;
+    this.measure();
+    this.frame = null; // nothing is drawn yet
+    this.seek(0);
+    if (matchMedia("(prefers-reduced-motion: reduce)").matches) this.pause();
+    else this.play();
+  }
+
+  play() {
+    if (this.frame === this.frames - 1) this.seek(0);
+    this.button.textContent = "Pause";
+    this.started = undefined; // known when the first animation frame is
+    cancelAnimationFrame(this.request);
+    const tick = (now) => {
+      this.started ??= now - (this.frame / this.figure.fps) * 1000;
+      const elapsed = (now - this.started) / 1000;
+      if (elapsed * this.figure.fps >= this.frames + HOLD * this.figure.fps) this.started = now;
+      this.seek(Math.min(this.frames - 1, Math.max(0, Math.floor(((now - this.started) / 1000) * this.figure.fps))));
+      this.request = requestAnimationFrame(tick);
+    };
+    this.request = requestAnimationFrame(tick);
+  }
+
+  pause() {
+    cancelAnimationFrame(this.request);
+    this.started = null;
+    this.button.textContent = "Play";
+  }
+
+  seek(frame) {
+    if (frame === this.frame) return;
+    this.frame = frame;
+    const time = (index) => Math.round(((index + 1) * 1000) / this.figure.fps);
+    this.clock.value = `${time(frame)} of ${time(this.frames - 1)} ms`;
+    this.slider.value = frame;
+    this.slider.ariaValueText = this.clock.value;
+    this.draw();
+  }
+
+  turn(yaw, pitch) {
+    this.yaw = ((((yaw + 180) % 360) + 360) % 360) - 180;
+    this.pitch = Math.max(-10, Math.min(60, pitch));
+    this.view.value = this.yaw;
+    this.draw();
+  }
+
+  drag(canvas) {
+    canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
+    canvas.addEventListener("pointermove", (event) => {
+      if (!canvas.hasPointerCapture(event.pointerId)) return;
+      this.turn(this.yaw + event.movementX / 2, this.pitch + event.movementY / 4);
+    });
+  }
+
+  // The room that all motions shown need, from whatever side they are looked at.
+  measure() {
+    this.floor = Infinity;
+    this.top = -Infinity;
+    this.reach = 1;
+    for (const { motion } of this.panels) {
+      for (let i = 0; i < motion.length; i += 3) {
+        this.floor = Math.min(this.floor, motion[i + 1]);
+        this.top = Math.max(this.top, motion[i + 1]);
+        this.reach = Math.max(this.reach, Math.hypot(motion[i], motion[i + 2]));
+      }
+    }
+  }
+
+  draw() {
+    if (this.panels.length === 0) return;
+    const style = getComputedStyle(this.box);
+    const colour = (name) => style.getPropertyValue(`--${name}`);
+    for (const panel of this.panels) this.drawPanel(panel, colour);
+  }
+
+  drawPanel({ canvas, motion, truth }, colour) {
+    const ratio = devicePixelRatio || 1;
+    const width = canvas.clientWidth;
+    const height = canvas.clientHeight;
+    if (!width || !height) return;
+    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+      canvas.width = Math.round(width * ratio);
+      canvas.height = Math.round(height * ratio);
+    }
+    const context = canvas.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    context.lineCap = "round";
+
+    const scale = 0.92 * Math.min(height / (this.top - this.floor + 250), width / (2 * this.reach));
+    const [sinYaw, cosYaw] = [Math.sin((this.yaw * Math.PI) / 180), Math.cos((this.yaw * Math.PI) / 180)];
+    const [sinPitch, cosPitch] = [Math.sin((this.pitch * Math.PI) / 180), Math.cos((this.pitch * Math.PI) / 180)];
+    const middle = (this.top + this.floor) / 2;
+    // x to the right, y down, and what is nearer is larger.
+    const project = (x, y, z) => {
+      const across = x * cosYaw + z * sinYaw;
+      const ahead = z * cosYaw - x * sinYaw;
+      const up = (y - middle) * cosPitch - ahead * sinPitch;
+      const near = (y - middle) * sinPitch + ahead * cosPitch;
+      const size = (scale * DISTANCE) / Math.max(DISTANCE - near, 1);
+      return [width / 2 + across * size, height / 2 - up * size, near];
+    };
+    const line = (from, to) => {
+      context.beginPath();
+      context.moveTo(from[0], from[1]);
+      context.lineTo(to[0], to[1]);
+      context.stroke();
+    };
+
+    context.strokeStyle = colour("line");
+    context.lineWidth = 1;
+    for (let at = -2 * GRID; at <= 2 * GRID; at += GRID) {
+      line(project(at, this.floor, -2 * GRID), project(at, this.floor, 2 * GRID));
+      line(project(-2 * GRID, this.floor, at), project(2 * GRID, this.floor, at));
+    }
+
+    const frame = Math.min(this.frame, motion.length / this.joints / 3 - 1);
+    const joints = [];
+    for (let j = 0; j < this.joints; j++) {
+      const at = 3 * (frame * this.joints + j);
+      joints.push(project(motion[at], motion[at + 1], motion[at + 2]));
+    }
+    const far = (bone) => joints[bone[0]][2] + joints[bone[1]][2];
+    context.lineWidth = Math.max(2.5, 40 * scale);
+    // From far to near; of bones in one place, such as the spine and collarbones, the first is seen.
+    for (const bone of this.figure.bones.toReversed().sort((one, other) => far(one) - far(other))) {
+      context.strokeStyle = colour(`${truth ? "truth" : "motion"}-${bone[2]}`);
+      line(joints[bone[0]], joints[bone[1]]);
+    }
+  }
+}

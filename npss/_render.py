@@ -1,0 +1,210 @@
+"""A leaderboard as text, Markdown, LaTeX or HTML: a table for each action, models by rank, notes below."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from npss._standings import MARK, Standing
+from npss._tables import table
+
+_CITE = (
+    "Cite A. Gopalakrishnan et al., A Neural Temporal Model for Human Motion Prediction, CVPR 2019, "
+    "and print the signature."
+)
+_LATEX = {
+    **{letter: f"\\{letter}" for letter in "&%$#_{}"},
+    **{
+        "~": r"\textasciitilde{}",
+        "^": r"\textasciicircum{}",
+        "\\": r"\textbackslash{}",
+        "|": r"\textbar{}",
+        "†": r"\dag{}",
+    },
+}
+
+
+#: Standings by model, whether published, and column.
+Cells = dict[tuple[str, bool, str], Standing]
+
+
+class Table(NamedTuple):
+    """The part of a leaderboard that is of one action."""
+
+    action: str
+    columns: list[str]
+    by: str  # the column by which models are ranked and sorted
+    models: list[tuple[str, bool]]  # best first, then the published ones; with whether published
+    cells: Cells
+    signatures: list[str]
+
+    def rank(self, model: str, published: bool) -> str:
+        """Return the rank as text; nothing for a model that has none."""
+        cell = self.cells.get((model, published, self.by))
+        return "" if cell is None or cell.rank is None else str(cell.rank)
+
+    def row(self, model: str, published: bool, cell: Callable[[Standing], str]) -> list[str]:
+        """Return the model's cells, written by a function; missing ones are empty."""
+        found = (self.cells.get((model, published, column)) for column in self.columns)
+        return ["" if standing is None else cell(standing) for standing in found]
+
+
+def tables(standings: Sequence[Standing], by: str | None = None) -> list[Table]:
+    """Sort standings into tables, one for each action, by a column (the first one where the action has not that)."""
+    found = []
+    for action in dict.fromkeys(standing.result.action for standing in standings):
+        of_action = [standing for standing in standings if standing.result.action == action]
+        columns = list(dict.fromkeys(standing.result.column for standing in of_action))
+        chosen = by if by in columns else columns[0]
+        cells = {(s.result.model, bool(s.result.source), s.result.column): s for s in of_action}
+
+        def place(model: tuple[str, bool], cells: Cells = cells, by: str = chosen) -> tuple[bool, bool, float]:
+            cell = cells.get((*model, by))
+            return model[1], cell is None, math.inf if cell is None else cell.result.value
+
+        models = sorted(dict.fromkeys(key[:2] for key in cells), key=place)
+        signatures = list(dict.fromkeys(standing.result.signature for standing in of_action))
+        found.append(Table(action, columns, chosen, models, cells, signatures))
+    return found
+
+
+def to_text(
+    standings: Sequence[Standing],
+    notes: Sequence[str],
+    *,
+    by: str | None = None,
+    digits: int = 3,
+    markdown: bool = False,
+) -> str:
+    """Write the tables for a terminal (the best of a column marked ``*``) or in Markdown (in bold)."""
+
+    def cell(standing: Standing) -> str:
+        value = f"{standing.result.value:.{digits}f}"
+        if standing.best:
+            value = f"**{value}**" if markdown else f"{value}*"
+        value += MARK if standing.worse else "" if markdown else " " * (not standing.best)
+        return value + _interval(standing, digits)
+
+    parts = []
+    for one in tables(standings, by):
+        rows = [
+            [one.rank(*model), _name(*model) if not markdown else _markdown(_name(*model)), *one.row(*model, cell)]
+            for model in one.models
+        ]
+        heading = f"{one.action or 'all'} (ranked by {one.by})"
+        parts.append(f"### {heading}" if markdown else heading)
+        align = "rl" + "r" * len(one.columns)
+        parts.append(table(["rank", "model", *map(_short, one.columns)], rows, align, markdown=markdown))
+        parts.append("\n".join(f"`{s}`  " if markdown else f"    {s}" for s in one.signatures))
+    best = "In bold" if markdown else "*"
+    lines = [f"{best}: the best of a column.", *notes, _CITE]
+    parts.append("\n".join(f"- {line}" if markdown else line for line in lines))
+    return "\n\n".join(parts)
+
+
+def to_latex(standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int = 3) -> str:
+    """Write the tables as LaTeX, for the package booktabs: the best of a column in bold."""
+
+    def cell(standing: Standing) -> str:
+        value = f"{standing.result.value:.{digits}f}"
+        value = f"\\textbf{{{value}}}" if standing.best else value
+        interval = _interval(standing, digits).strip()
+        return (
+            value
+            + (r"\textsuperscript{\dag}" if standing.worse else "")
+            + (f" {{\\scriptsize {_latex(interval)}}}" if interval else "")
+        )
+
+    parts = ["% needs \\usepackage{booktabs}"]
+    for one in tables(standings, by):
+        lines = [
+            r"\begin{table}",
+            r"\centering",
+            f"\\caption{{{_latex(one.action or 'All')}, ranked by {_latex(one.by)}: lower is better, "
+            f"{_latex(MARK)} worse than the best by more than chance}}",
+            f"\\begin{{tabular}}{{rl{'r' * len(one.columns)}}}",
+            r"\toprule",
+            " & ".join(["rank", "model", *(_latex(_short(column)) for column in one.columns)]) + r" \\",
+            r"\midrule",
+        ]
+        for place, model in enumerate(one.models):
+            if model[1] and place and not one.models[place - 1][1]:
+                lines.append(r"\midrule")
+            cells = [one.rank(*model), _latex(_name(*model)), *one.row(*model, cell)]
+            lines.append(" & ".join(cells) + r" \\")
+        lines += [r"\bottomrule", r"\end{tabular}", r"\par\smallskip\footnotesize\raggedright"]
+        lines += [f"\\texttt{{{_latex(signature, breaks=True)}}}\\par" for signature in one.signatures]
+        lines += [*(_latex(line) for line in (*notes, _CITE)), r"\end{table}"]
+        parts.append("\n".join(lines))
+    return "\n\n".join(parts)
+
+
+def to_html(standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int = 3) -> str:
+    """Write the tables as a fragment of HTML, with the signatures and notes below."""
+    signatures = dict.fromkeys(standing.result.signature for standing in standings)
+    items = "".join(f"<li><code>{html.escape(signature)}</code></li>" for signature in signatures)
+    lines = "".join(f"<li>{html.escape(line)}</li>" for line in [*notes, _CITE])
+    below = f'<ul class="signatures">{items}</ul>\n<ul class="notes">{lines}</ul>'
+    return "\n".join([*html_tables(standings, by=by, digits=digits), below])
+
+
+def html_tables(standings: Sequence[Standing], *, by: str | None = None, digits: int = 3) -> list[str]:
+    """Write each table as HTML, every interval below its number."""
+
+    def cell(standing: Standing) -> str:
+        value = f"{standing.result.value:.{digits}f}"
+        value = f"<strong>{value}</strong>" if standing.best else value
+        mark = f'<sup class="mark">{MARK}</sup>' if standing.worse else ""
+        interval = _ends(standing, digits)
+        return f"<td>{value}{mark}" + (f"<br><small>{interval}</small>" if interval else "") + "</td>"
+
+    parts = []
+    for one in tables(standings, by):
+        heading = "".join(f'<th scope="col">{html.escape(_short(column))}</th>' for column in one.columns)
+        rows = []
+        for model in one.models:
+            cells = "".join(text or "<td></td>" for text in one.row(*model, cell))
+            style = ' class="published"' if model[1] else ""
+            name = html.escape(_name(*model))
+            rows.append(f'<tr{style}><th scope="row">{name}</th><td>{one.rank(*model)}</td>{cells}</tr>')
+        caption = html.escape(f"{one.action or 'All'}, ranked by {one.by}")
+        parts.append(
+            f'<table class="board"><caption>{caption}</caption>'
+            f'<thead><tr><th scope="col">model</th><th scope="col">rank</th>{heading}</tr></thead>'
+            f"<tbody>{''.join(rows)}</tbody></table>"
+        )
+    return parts
+
+
+def _name(model: str, published: bool) -> str:
+    return f"{model} (published)" if published else model
+
+
+def _short(column: str) -> str:
+    """Shorten a column's name to what a table's heading has room for; its notes say the rest."""
+    return column.removeprefix("Euler error ")
+
+
+def _ends(standing: Standing, digits: int) -> str:
+    if standing.low is None or standing.high is None:
+        return ""
+    high = "∞" if math.isinf(standing.high) else f"{standing.high:.{digits}f}"
+    return f"{standing.low:.{digits}f}–{high}"
+
+
+def _interval(standing: Standing, digits: int) -> str:
+    """Return the interval of NPSS; those of the Euler error would make a table too wide to be read as text."""
+    ends = _ends(standing, digits) if standing.result.column.startswith("NPSS") else ""
+    return f" ({ends})" if ends else ""
+
+
+def _markdown(text: str) -> str:
+    return "".join(f"\\{letter}" if letter in "\\`*_[]<>|" else letter for letter in text)
+
+
+def _latex(text: str, *, breaks: bool = False) -> str:
+    """Escape text; `breaks` is for typewriter type, and lets lines be broken after each ``|``."""
+    escaped = "".join(_LATEX.get(letter, letter) for letter in text).replace("–", "--").replace("∞", r"$\infty$")
+    return escaped.replace(_LATEX["|"], r"|\allowbreak{}") if breaks else escaped

@@ -1,0 +1,114 @@
+"""How the Euler error of models grows with time, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval
+from npss._checks import positive_number
+from npss._euler_error import sequence_errors
+from npss._signature import signature
+from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TINY, footnote, new_figure, tidy
+from npss.protocol import SLICES_MS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def errors(
+    gt: npt.ArrayLike, preds: Mapping[str, npt.ArrayLike], *, fps: float, level: float = 0.95, seed: int = 0
+) -> Figure:
+    """Draw the Euler error of models over time, each with a pointwise confidence band.
+
+    A band says where the error at that time would lie on other sequences of the same kind, each time for itself, as
+    `npss.Report.interval` does for the score. Bands of two models may overlap although one is better on nearly every
+    sequence: to compare models is the task of `npss.compare`.
+
+    Parameters
+    ----------
+    gt : (N, T, D) or (T, D) array_like
+        Ground truth: Euler angles in radians, as for `npss.euler_error`.
+    preds : mapping of str to array_like
+        The models' predictions by their names, each of the shape of `gt`.
+    fps : float
+        Frames per second.
+    level : float, optional
+        Of the confidence bands.
+    seed : int, optional
+        Of the generator that resamples.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        With one axes. A band is open where fewer than four sequences do not tell.
+
+    Raises
+    ------
+    ImportError
+        Without matplotlib.
+    TypeError, ValueError
+        As `npss.euler_error_curve`, with the model's name; if there are no models, or the level is not between 0 and 1.
+
+    See Also
+    --------
+    npss.euler_error_curve : the numbers that are drawn.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import npss.plot
+    >>> gt = np.random.default_rng(0).normal(size=(8, 25, 3)).cumsum(axis=1)
+    >>> figure = npss.plot.errors(gt, {"zero": np.zeros_like(gt), "half": gt / 2}, fps=25)
+    >>> [line.get_label() for line in figure.axes[0].get_lines()][:2]
+    ['zero', 'half']
+    """
+    rate = positive_number("fps", fps)
+    if not isinstance(preds, Mapping):
+        raise TypeError(f"preds: expected a mapping of names to predictions, got {type(preds).__name__}")
+    if not preds:
+        raise ValueError("preds: no model to draw")
+    curves = {}
+    for name, pred in preds.items():
+        try:
+            curves[name] = sequence_errors(gt, pred)  # (N, T)
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"{error}; for {name!r} of preds") from None
+
+    figure = new_figure(7, 4)
+    axes = figure.subplots()
+    n_sequences, n_frames = next(iter(curves.values())).shape
+    times = 1000 * np.arange(1, n_frames + 1) / rate
+    told = True
+    for i, (name, curve) in enumerate(curves.items()):
+        colour, dash = COLOURS[i % len(COLOURS)], DASHES[i % len(DASHES)]
+        axes.plot(times, curve.mean(axis=0), color=colour, linestyle=dash, linewidth=1.5, label=name)
+        low, high = bootstrap_interval(curve.T, np.ones_like(curve.T), level=level, seed=seed)
+        if np.isfinite(high).all():
+            axes.fill_between(times, low, high, color=colour, alpha=0.15, linewidth=0)
+        else:
+            told = False
+    slices = [time for time in SLICES_MS if time <= times[-1]]
+    for time in slices:
+        axes.axvline(time, color=GREY, linewidth=0.6, linestyle=":")
+    above = axes.secondary_xaxis("top")
+    above.set_xticks(slices, [str(time) for time in slices], rotation=90)
+    above.tick_params(labelsize=TINY, colors=GREY, length=0)
+    above.spines["top"].set_visible(False)
+    axes.set_xlim(0, times[-1])
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel("time after the last seed frame (ms)", fontsize=SMALL)
+    axes.set_ylabel("Euler error (rad)", fontsize=SMALL)
+    axes.legend(frameon=False, fontsize=SMALL)
+    tidy(axes, grid="y")
+    stated = f"mean over {n_sequences} sequences; "
+    if told:
+        stated += f"bands: {100 * level:.4g} %, pointwise, {METHOD}, {RESAMPLES} resamples, seed {seed}"
+    else:
+        stated += "no band where the sequences are too few to tell"
+    meaning = signature(None, metric="euler_error", frames=n_frames, fps=rate, columns="gt", average="at")
+    footnote(figure, stated, meaning)
+    return figure

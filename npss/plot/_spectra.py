@@ -1,0 +1,223 @@
+"""What the distance of one feature measures: two power spectra, and the area between their distributions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from npss._checks import Float64, check_finite, each, is_integer, motion_pair, positive_number
+from npss._convention import Convention, as_convention
+from npss._power import PowerSpectrum
+from npss._score import score
+from npss._signature import signature
+from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TRUTH, footnote, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_FLOOR = 1e-8  # shares below it are not shown: rounding, or close to it
+
+
+def spectra(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    fps: float,
+    sequence: int = 0,
+    feature: int = 0,
+    convention: str | Convention = "paper",
+    names: Sequence[str] = ("ground truth", "prediction"),
+    feature_names: Sequence[str] | None = None,
+) -> Figure:
+    """Draw the normalised power spectra of one feature of one sequence, and the area that is their distance.
+
+    Above, the power on a logarithmic axis, since most of it is in the mean pose (DC). Below, the cumulative
+    distributions over the convention's bins, in the order in which it cumulates them; the shaded area, divided by the
+    width of a bin, is the distance that is printed (``emd``, in bins). Conventions without cumulation have the spectra
+    themselves there, and beside them the bins above DC once more.
+
+    Parameters
+    ----------
+    gt, pred : (N, T, D) or (T, D) array_like
+        As for `npss.score`.
+    fps : float
+        Frames per second.
+    sequence, feature : int, optional
+        Which of the N and which of the D, from 0.
+    convention : {'paper', 'released', 'literal'} or Convention, optional
+        As for `npss.score`.
+    names : pair of str, optional
+        What to call the ground truth and the prediction.
+    feature_names : sequence of str, optional
+        Names of the D features, such as ``npss.skeleton.FEATURE_NAMES``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        With two axes, and for spectra themselves a third; `savefig` writes it.
+
+    Raises
+    ------
+    ImportError
+        Without matplotlib.
+    TypeError, ValueError
+        As `npss.score`; and where there is no such sequence or feature, that feature of the ground truth has no
+        power, there are not two names, or not as many feature names as features.
+
+    References
+    ----------
+    A. Gopalakrishnan et al., "A Neural Temporal Model for Human Motion Prediction", CVPR 2019, section 3.5,
+    equations 7 to 9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import npss.plot
+    >>> t = np.arange(100)[:, np.newaxis] / 25
+    >>> figure = npss.plot.spectra(1 + np.sin(6 * t), 1 + np.sin(5 * t), fps=25)
+    >>> figure.savefig("spectra.svg")  # doctest: +SKIP
+    >>> print(figure.axes[1].get_title(loc="left"))
+    emd = 0.5718 bins = shaded area / 0.25 Hz
+    """
+    chosen = as_convention(convention)
+    rate = positive_number("fps", fps)
+    truth, prediction = motion_pair(gt, pred)
+    check_finite("gt", truth)
+    check_finite("pred", prediction)
+    n_frames, n_features = truth.shape[-2:]
+    if n_frames < 2:
+        raise ValueError("gt: one frame; a power spectrum needs at least two")
+    i = _index("sequence", sequence, len(truth) if truth.ndim == 3 else 1)
+    d = _index("feature", feature, n_features)
+    labels = each("names", names, "two names")
+    if len(labels) != 2:
+        raise ValueError(f"names: expected two, for ground truth and prediction, got {len(labels)}")
+    what = f"feature {d}" if feature_names is None else _names(feature_names, n_features)[d]
+
+    pair = [
+        (array if array.ndim == 3 else array[np.newaxis])[i, :, d].astype(np.float64) for array in (truth, prediction)
+    ]
+    first, second = (_normalised(series, chosen) for series in pair)
+    if not pair[0].any() or not first.any():
+        raise ValueError(f"gt: {what} of sequence {i} has no power, so it does not count in the score")
+    emd = score(pair[0][:, np.newaxis], pair[1][:, np.newaxis], convention=chosen)
+
+    figure = new_figure(7, 5.6)
+    width, n_bins = rate / n_frames, n_frames // 2 + 1
+    if chosen.distance == "cdf":
+        above, below = figure.subplots(2, 1)
+        _draw_area(below, np.cumsum(first), np.cumsum(second), np.arange(len(first) + 1) * width)
+        below.set_ylabel("cumulative share", fontsize=SMALL)
+        unit = "bins "
+    else:
+        panels = figure.subplot_mosaic([["above", "above"], ["below", "zoom"]], width_ratios=(2, 1))
+        above, below = panels["above"], panels["below"]
+        edges = (np.arange(len(first) + 1) - 0.5) * width
+        _draw_area(below, first, second, edges)
+        below.set_ylabel("share of the power", fontsize=SMALL)
+        _draw_zoom(panels["zoom"], first, second, edges, n_bins)
+        unit = ""
+    _label_frequencies(below, rate, two_sided=chosen.bins == "two-sided")
+    below.set_title(f"emd = {emd:.4g} {unit}= shaded area / {width:.4g} Hz", loc="left", fontsize=10)
+    _draw_power(above, first, second, labels, width, n_bins)
+    kind = "squared real part" if chosen.power == "real" else "squared magnitude"
+    above.set_ylabel(f"share of the power\n({kind})", fontsize=SMALL)
+    above.set_title(f"{what}, sequence {i}", loc="left", fontsize=10)
+    footnote(figure, signature(chosen, frames=n_frames, fps=rate))
+    return figure
+
+
+def _index(name: str, value: object, size: int) -> int:
+    if not is_integer(value):
+        raise TypeError(f"{name}: expected an index, got {value!r}")
+    if not 0 <= value < size:
+        raise ValueError(f"{name}: {value}, but gt has {size} of them, from 0 on")
+    return int(value)
+
+
+def _names(names: Sequence[str], n_features: int) -> list[str]:
+    listed = each("feature_names", names, "names")
+    if len(listed) != n_features:
+        raise ValueError(f"feature_names: expected {n_features} names, one for each feature, got {len(listed)}")
+    return listed
+
+
+def _normalised(series: Float64, convention: Convention) -> Float64:
+    """Return the normalised power of ``(T,)`` values in the convention's bins; the bits that are scored."""
+    n_frames = len(series)
+    power = np.zeros(n_frames // 2 + 1)
+    twins = convention.bins == "two-sided"
+    if series.any():
+        columns, _, _ = PowerSpectrum(n_frames, convention.power, twins=twins).rescaled(series[np.newaxis])
+        power = columns[:, 0]
+    total = power.sum()
+    if total > 0:
+        power = power / total
+    elif convention.zero == "dc":
+        power[0] = 1.0
+    if twins:
+        paired = slice(1, (n_frames + 1) // 2)
+        power[paired] /= 2
+        power = np.concatenate([power, power[paired][::-1]])
+    return power
+
+
+def _draw_power(axes: Axes, first: Float64, second: Float64, labels: Sequence[str], width: float, n_bins: int) -> None:
+    """Draw the bins from DC to the highest frequency; those of the negative frequencies are the same."""
+    frequencies = np.arange(n_bins) * width
+    axes.set_yscale("log")
+    for power, label, colour, dash in zip((first, second), labels, (TRUTH, COLOURS[1]), DASHES, strict=False):
+        axes.plot(
+            frequencies,
+            power[:n_bins],
+            color=colour,
+            linestyle=dash,
+            linewidth=1.2,
+            marker="o",
+            markersize=2.5,
+            label=f"{label} (DC {100 * power[0]:.4g} %)",
+        )
+    lowest = min(power[power > _FLOOR].min(initial=1.0) for power in (first, second))
+    axes.set_ylim(lowest / 2, 2)
+    axes.set_xlim(-width, frequencies[-1] + width)
+    axes.set_xlabel("frequency (Hz)", fontsize=SMALL)
+    axes.legend(frameon=False, fontsize=SMALL)
+    tidy(axes)
+
+
+def _draw_area(axes: Axes, first: Float64, second: Float64, edges: Float64) -> None:
+    axes.stairs(first, edges, baseline=second, fill=True, color=COLOURS[1], alpha=0.3, linewidth=0)
+    for values, colour, dash in zip((first, second), (TRUTH, COLOURS[1]), DASHES, strict=False):
+        axes.stairs(values, edges, baseline=None, color=colour, linestyle=dash, linewidth=1.2)
+    axes.use_sticky_edges = False  # so that a line along an edge is seen
+    axes.set_xlim(edges[0], edges[-1])
+    tidy(axes)
+
+
+def _draw_zoom(axes: Axes, first: Float64, second: Float64, edges: Float64, n_bins: int) -> None:
+    """Draw the bins above DC, up to the one below which lies 99 % of their power."""
+    rest = np.maximum(first, second)[1:n_bins]
+    last = 1 + int(np.searchsorted(np.cumsum(rest), 0.99 * rest.sum()))
+    _draw_area(axes, first, second, edges)
+    axes.set_xlim(edges[1], edges[last + 1])
+    axes.set_ylim(0, 1.1 * rest.max() if rest.max() > _FLOOR else 1)
+    axes.set_title("without DC", loc="left", fontsize=SMALL)
+    axes.set_xlabel("frequency (Hz)", fontsize=SMALL)
+
+
+def _label_frequencies(axes: Axes, rate: float, *, two_sided: bool) -> None:
+    """Call the upper half of two-sided bins what it is: the negative frequencies."""
+    if not two_sided:
+        axes.set_xlabel("frequency (Hz)", fontsize=SMALL)
+        return
+    from matplotlib.ticker import MaxNLocator
+
+    half = [float(tick) for tick in MaxNLocator(5).tick_values(0, rate / 2) if 0 <= tick < 0.95 * rate / 2]
+    ticks = half + [rate - tick for tick in half[:0:-1]]
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in half] + [f"−{tick:g}" for tick in half[:0:-1]])
+    axes.axvline(rate / 2, color=GREY, linewidth=0.8, linestyle=":")
+    axes.set_xlabel("frequency (Hz) of all bins, the negative ones last", fontsize=SMALL)

@@ -1,0 +1,103 @@
+"""Published rows, as records of the form that this library prints for its own numbers."""
+
+from __future__ import annotations
+
+import csv
+from importlib.resources import files
+from typing import Any
+
+from npss._checks import one_of
+from npss._records import Record, signature_of
+from npss._signature import signature
+
+__all__ = ["records"]
+
+_LAFAN1 = "in-betweening"
+
+
+def records(source: str | None = None) -> list[Record]:
+    """Return published numbers, as records to be printed, ranked or plotted beside one's own.
+
+    They are tables 4 to 7 of the NPSS paper, and rows of LaFAN1's in-betweening benchmark. Their NPSS is that of the
+    released code, so it stands beside one's own under ``'released'`` and no other convention.
+
+    Parameters
+    ----------
+    source : str, optional
+        The rows of one paper alone: ``'Gopalakrishnan et al. 2019'`` (Human3.6M), ``'Harvey et al. 2020'``,
+        ``'Oreshkin et al. 2022'`` or ``'Qin et al. 2022'`` (LaFAN1). All of them by default.
+
+    Returns
+    -------
+    list of dict
+        A record for each model and action; for LaFAN1, whose action is ``'in-betweening'``, one for each number of
+        frames. Keys: ``model``, ``action``; as far as published, ``euler_error`` (radians, by milliseconds), ``npss``
+        (by convention) and ``npss_windows`` (by convention and window); ``signature``, ``signatures``; ``source`` (the
+        paper and its tables) and ``published``, which is True. What was not published is absent.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `source` is not one of the papers.
+
+    Notes
+    -----
+    "(SA)" in the name of a model means that it was trained on one action, "(MA)" on several, where the paper has both.
+    Its tables 5 and 7 leave "(SA)" out in places; the models are those of table 4.
+
+    References
+    ----------
+    A. Gopalakrishnan et al., "A Neural Temporal Model for Human Motion Prediction", CVPR 2019, tables 4 to 7.
+    F. Harvey et al., "Robust Motion In-betweening", ACM Transactions on Graphics 39 (4), 2020.
+    B. Oreshkin et al., "Motion In-betweening via Deep Delta-Interpolator", 2022.
+    J. Qin et al., "Motion In-betweening via Two-stage Transformers", ACM Transactions on Graphics 41 (6), 2022.
+
+    Examples
+    --------
+    >>> from npss import published
+    >>> record = published.records("Gopalakrishnan et al. 2019")[0]
+    >>> record["model"], record["action"], record["npss"], record["source"]
+    ('VGRU-r1 (SA)', 'walking', {'released': 1.217}, 'Gopalakrishnan et al. 2019, Tables 4, 5, 7')
+    """
+    rows = list(csv.DictReader(files("npss").joinpath("published.csv").read_text(encoding="utf-8").splitlines()))
+    if source is not None:
+        one_of("source", source, tuple(dict.fromkeys(row["source"] for row in rows)))
+    models: dict[tuple[str, ...], list[dict[str, str]]] = {}
+    for row in rows:
+        if source in (None, row["source"]):
+            key = tuple(row[name] for name in ("source", "model", "action", "frames"))
+            models.setdefault(key, []).append(row)
+    return [_record(of_model) for of_model in models.values()]
+
+
+def _record(rows: list[dict[str, str]]) -> Record:
+    """Return the record of rows that belong to one model, action and number of frames."""
+    first = rows[0]
+    record: dict[str, Any] = {"model": first["model"], "action": first["action"]}
+    errors = {row["at"]: float(row["value"]) for row in rows if row["metric"] == "euler_error"}
+    scores = {row["at"]: float(row["value"]) for row in rows if row["metric"] == "npss"}
+    stated: dict[str, Any] = {"fps": 25, "frames": 100, "representation": "euler", "protocol": "srnn-8"}
+    if first["action"] == _LAFAN1:
+        stated = {"fps": 30, "frames": int(first["frames"])}
+        stated |= {"representation": "global-quaternions", "protocol": "lafan1"}
+    stated["unwrap"] = "off"
+    if errors:
+        record["euler_error"] = errors
+        stated |= {"columns": "gt", "average": "at"}
+    if scores:
+        record["npss"] = {"released": scores[""]}
+    if windows := {window: score for window, score in scores.items() if window}:
+        record["npss_windows"] = {"released": windows}
+    convention = "released" if scores else None
+    metrics = [metric for metric in ("npss", "euler_error") if metric in record]
+    record["signature"] = signature(convention, metric="+".join(metrics), **stated)
+    record["signatures"] = {}
+    if convention:
+        record["signatures"][convention] = signature_of(record, "npss", convention)
+    if errors:
+        record["signatures"]["euler_error"] = signature_of(record, "euler_error")
+    tables = list(dict.fromkeys(row["table"] for row in rows if row["table"]))
+    where = f", Table{'s' if len(tables) > 1 else ''} {', '.join(tables)}" if tables else ""
+    record["source"] = first["source"] + where
+    record["published"] = True
+    return record

@@ -1,0 +1,275 @@
+"""Forward kinematics: from rotations to positions of joints, for any skeleton and for Human3.6M's."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from npss._checks import Array, Float64, check_finite, each, is_integer, one_of, real_array
+from npss._poses import POSE
+from npss.rotations._expmap import EXPMAP
+from npss.rotations._forms import convert, result_dtype, rotation_array
+from npss.rotations._matrix import MATRIX
+from npss.rotations._quaternion import QUATERNION
+
+__all__ = ["FEATURE_NAMES", "H36M", "Skeleton", "poses_to_positions"]
+
+_SIDES = {"left": re.compile(r"(?i:left)|[Ll](?=[A-Z_])"), "right": re.compile(r"(?i:right)|[Rr](?=[A-Z_])")}
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """A tree of joints with bones of fixed lengths.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The J joints, each under a name of its own.
+    parents : sequence of int
+        The index of each joint's parent, in any order; -1 for the root, of which there is one.
+    offsets : (J, 3) array_like
+        Where each joint is in the frame of its parent, in the unit in which positions are wanted; of the root,
+        where it is by default. float64, read-only.
+
+    Raises
+    ------
+    TypeError
+        If a name is no string, a parent no integer, or an offset no real number.
+    ValueError
+        If there are no joints, the three differ in length, a name is there twice, an offset is not finite, there is not
+        one root, a parent is not a joint, or joints are each other's ancestors.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from npss.skeleton import Skeleton
+    >>> arm = Skeleton(["shoulder", "elbow", "hand"], [-1, 0, 1], [[0, 0, 0], [3, 0, 0], [2, 0, 0]])
+    >>> straight, quarter_turn = np.eye(3), np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    >>> arm.positions([straight, quarter_turn, straight])
+    array([[0., 0., 0.],
+           [3., 0., 0.],
+           [3., 2., 0.]])
+    """
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    offsets: Float64
+    _order: tuple[int, ...] = field(init=False, repr=False)  # each joint after its parent
+
+    def __init__(self, names: Sequence[str], parents: Sequence[int], offsets: npt.ArrayLike) -> None:
+        joints, tree = each("names", names, "strings"), each("parents", parents, "integers")
+        if not joints:
+            raise ValueError("names: a skeleton has at least one joint")
+        for i, name in enumerate(joints):
+            if not isinstance(name, str):
+                raise TypeError(f"names: expected strings, got {name!r} at index {i}")
+            if name in joints[:i]:
+                raise ValueError(f"names: {name!r} is there twice, at index {joints.index(name)} and {i}")
+        if len(tree) != len(joints):
+            raise ValueError(f"parents: {len(tree)} of them for {len(joints)} joints")
+        array = real_array("offsets", offsets)
+        if array.shape != (len(joints), 3):
+            raise ValueError(f"offsets: expected shape (J, 3) = ({len(joints)}, 3), got {array.shape}")
+        check_finite("offsets", array)
+        fixed = array.astype(np.float64)
+        fixed.setflags(write=False)
+        for name, value in (
+            ("names", tuple(joints)),
+            ("parents", tuple(map(int, tree))),
+            ("offsets", fixed),
+            ("_order", _order(tree, joints)),
+        ):
+            object.__setattr__(self, name, value)
+
+    @property
+    def bones(self) -> tuple[tuple[int, int], ...]:
+        """What to draw: (child, parent) for every joint that is not where its parent is."""
+        return tuple((j, parent) for j, parent in enumerate(self.parents) if parent >= 0 and self.offsets[j].any())
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """Of every joint 'left', 'right' or 'centre', by its name: ``LeftFoot``, ``LFoot``, ``l_foot``."""
+        return tuple(
+            next((side for side, begins in _SIDES.items() if begins.match(name)), "centre") for name in self.names
+        )
+
+    def positions(self, rotations: npt.ArrayLike, *, root: npt.ArrayLike | None = None) -> Array:
+        """Compute where the joints are: forward kinematics.
+
+        Column vectors, from the root on::
+
+            turned[j] = turned[parent] @ rotations[j]
+            position[j] = position[parent] + turned[parent] @ offsets[j]
+
+        Parameters
+        ----------
+        rotations : (..., J, 3, 3) array_like
+            The rotation of every joint in the frame of its parent, as matrices that rotate column vectors.
+        root : (..., 3) array_like, optional
+            Where the root is, with the leading axes of `rotations`; by default, at its offset.
+
+        Returns
+        -------
+        (..., J, 3) ndarray
+            In the unit of the offsets. float32 for float32 rotations, float64 for all else.
+
+        Raises
+        ------
+        TypeError
+            If an argument does not hold real numbers.
+        ValueError
+            If a shape is wrong, a value is not finite, or a matrix is no rotation; the first index is named.
+        """
+        turns = rotation_array("rotations", rotations, (len(self.names), 3, 3))
+        convert("rotations", turns, MATRIX, QUATERNION)  # refuses what is not finite and what is no rotation
+        place: Array = self.offsets[self.parents.index(-1)]
+        if root is not None:
+            place = real_array("root", root)
+            if place.shape != (*turns.shape[:-3], 3):
+                raise ValueError(f"root: expected shape {(*turns.shape[:-3], 3)}, got {place.shape}")
+            check_finite("root", place)
+        return self._compose(turns, place)
+
+    def _compose(self, rotations: Array, root: Array) -> Array:
+        """Do what `positions` says with arguments that are as it says."""
+        dtype = result_dtype(rotations)
+        turned = np.empty(rotations.shape, dtype)
+        positions = np.empty(rotations.shape[:-1], dtype)
+        offsets = self.offsets.astype(dtype)
+        for j in self._order:
+            parent = self.parents[j]
+            if parent < 0:
+                turned[..., j, :, :] = rotations[..., j, :, :]
+                positions[..., j, :] = root
+            else:
+                np.matmul(turned[..., parent, :, :], rotations[..., j, :, :], out=turned[..., j, :, :])
+                positions[..., j, :] = positions[..., parent, :] + turned[..., parent, :, :] @ offsets[j]
+        return positions
+
+
+def _order(parents: Sequence[int], names: Sequence[str]) -> tuple[int, ...]:
+    """Return the joints, each after its parent."""
+    for j, parent in enumerate(parents):
+        if not is_integer(parent):
+            raise TypeError(f"parents: expected integers, got {parent!r} for {names[j]}")
+        if not -1 <= parent < len(parents):
+            raise ValueError(f"parents: {parent} for {names[j]}; expected -1 or one of the {len(parents)} joints")
+    if (roots := parents.count(-1)) != 1:
+        raise ValueError(f"parents: expected one root, which has parent -1, got {roots}")
+    order = [parents.index(-1)]
+    for parent in order:  # grows
+        order += [j for j in range(len(parents)) if parents[j] == parent]
+    if adrift := set(range(len(parents))) - set(order):
+        raise ValueError(f"parents: {names[min(adrift)]} is not connected to the root: its ancestors form a circle")
+    return tuple(order)
+
+
+#: The skeleton of Human3.6M's exponential-map files: 32 joints, in millimetres; x points to the figure's left,
+#: y up, z ahead. The numbers are those of the published files; the names only describe.
+H36M = Skeleton(
+    (
+        *("Hips", "RightUpLeg", "RightLeg", "RightFoot", "RightToeBase", "RightToeEnd"),
+        *("LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase", "LeftToeEnd"),
+        *("Spine", "Spine1", "Neck", "Head", "HeadTop"),
+        *("LeftShoulder", "LeftArm", "LeftForeArm", "LeftHand"),
+        *("LeftHandThumb", "LeftHandThumbEnd", "LeftHandIndex", "LeftHandIndexEnd"),
+        *("RightShoulder", "RightArm", "RightForeArm", "RightHand"),
+        *("RightHandThumb", "RightHandThumbEnd", "RightHandIndex", "RightHandIndexEnd"),
+    ),
+    (
+        *(-1, 0, 1, 2, 3, 4),
+        *(0, 6, 7, 8, 9),
+        *(0, 11, 12, 13, 14),
+        *(12, 16, 17, 18),
+        *(19, 20, 19, 22),
+        *(12, 24, 25, 26),
+        *(27, 28, 27, 30),
+    ),
+    (
+        *((0, 0, 0), (-132.948591, 0, 0), (0, -442.894612, 0), (0, -454.206447, 0), (0, 0, 162.767078)),
+        *((0, 0, 74.999437), (132.948826, 0, 0), (0, -442.894413, 0), (0, -454.20659, 0), (0, 0, 162.767426)),
+        *((0, 0, 74.999948), (0, 0.1, 0), (0, 233.383263, 0), (0, 257.077681, 0), (0, 121.134938, 0)),
+        *((0, 115.002227, 0), (0, 257.077681, 0), (0, 151.034226, 0), (0, 278.882773, 0), (0, 251.733451, 0)),
+        *((0, 0, 0), (0, 0, 99.999627), (0, 100.000188, 0), (0, 0, 0)),
+        *((0, 257.077681, 0), (0, 151.031437, 0), (0, 278.892924, 0), (0, 251.72868, 0)),
+        *((0, 0, 0), (0, 0, 99.999888), (0, 137.499922, 0), (0, 0, 0)),
+    ),
+)
+#: The names of the 99 columns of a Human3.6M pose; those that agree up to the dot belong to one joint. Euler angles
+#: of `npss.poses_to_euler` have the same columns.
+FEATURE_NAMES = tuple(f"{joint}.{axis}" for joint in ("translation", *H36M.names) for axis in "xyz")
+
+
+def poses_to_positions(poses: npt.ArrayLike, *, root: str = "fixed") -> Array:
+    """Compute where the joints of Human3.6M poses are.
+
+    Parameters
+    ----------
+    poses : (..., 99) array_like
+        As the files hold them: columns 0-2 are the displacement of the root since the frame before in millimetres,
+        3-5 its turn since then, then the rotations of 31 joints in the frames of their parents; rotations are
+        exponential maps in radians.
+    root : {'fixed', 'path'}, optional
+        Leave the root at the origin, facing ahead: what is scored, namely columns 6 on, and nothing else. Or follow its
+        displacements and turns in time, ``(..., T, 99)``, from there on; those of the first frame do not count.
+
+    Returns
+    -------
+    (..., 32, 3) ndarray
+        Positions in millimetres of the joints of `H36M`. float32 for float32, float64 for all else.
+
+    Raises
+    ------
+    TypeError
+        If `poses` does not hold real numbers, or `root` is no string.
+    ValueError
+        If the last axis has not 99 columns, a value is not finite, an angle is 2**52 or more, `root` is neither of the
+        two, or a path has no axis of time.
+
+    Notes
+    -----
+    The files are made for row vectors: with the matrix R of an exponential map, ``offset @ R``. In terms of
+    `Skeleton.positions` the rotation of a joint is the transposed matrix, that of the negated exponential map. Only so
+    knees bend backwards and the foot that stands stays in its place.
+
+    The test windows of the field, every second frame of the files, hold every second displacement: their paths are
+    about half as long as what was walked.
+
+    References
+    ----------
+    C. Ionescu et al., "Human3.6M: Large Scale Datasets and Predictive Methods for 3D Human Sensing in Natural
+    Environments", TPAMI 2014. The composition is that of the code released with J. Martinez et al., "On Human Motion
+    Prediction Using Recurrent Neural Networks", CVPR 2017.
+
+    Examples
+    --------
+    Every joint as the skeleton defines it, but the right knee bent by 90 degrees:
+
+    >>> import numpy as np
+    >>> from npss.skeleton import FEATURE_NAMES, H36M, poses_to_positions
+    >>> pose = np.zeros(99)
+    >>> pose[FEATURE_NAMES.index("RightLeg.x")] = -np.pi / 2
+    >>> positions = poses_to_positions(pose)
+    >>> positions[H36M.names.index("RightFoot")].round(1)
+    array([-132.9, -442.9, -454.2])
+    """
+    array = rotation_array("poses", poses, (POSE,))
+    one_of("root", root, ("fixed", "path"))
+    if root == "path" and array.ndim < 2:
+        raise ValueError(f"poses: a path needs an axis of time, expected shape (..., T, {POSE}), got {array.shape}")
+    check_finite("poses", array)
+    joints = array[..., 3:].reshape((*array.shape[:-1], len(H36M.names), 3))
+    rotations = convert("poses: as (..., 32, 3) from column 3 on", joints, EXPMAP, MATRIX).swapaxes(-1, -2)
+    turns = rotations[..., 0, :, :].copy()
+    rotations[..., 0, :, :] = np.eye(3)
+    place = np.zeros((*array.shape[:-1], 3))
+    if root == "path":
+        for t in range(1, array.shape[-2]):
+            facing = rotations[..., t - 1, 0, :, :]
+            place[..., t, :] = place[..., t - 1, :] + (facing @ array[..., t, :3, np.newaxis])[..., 0]
+            rotations[..., t, 0, :, :] = facing @ turns[..., t, :, :]
+    return H36M._compose(rotations, place)

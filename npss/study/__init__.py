@@ -1,0 +1,46 @@
+"""A user study of metrics: which questions to ask, how to count the votes, and what they show.
+
+Numpy and the standard library do most; the exact tests and Clopper and Pearson's interval need scipy
+(``pip install 'npss[study]'``).
+"""
+
+from npss.study._agreement import Agreement, JointAgreement, agreement, joint_agreement
+from npss.study._design import Question, design
+from npss.study._files import read_votes, write_votes
+from npss.study._intervals import Interval, clopper_pearson_interval, wilson_interval
+from npss.study._kappa import fleiss_kappa
+from npss.study._paired import PairedTest, mcnemar_test
+from npss.study._planning import power, sample_size
+from npss.study._ranking import model_scores, predict, rank
+from npss.study._two_samples import ProportionTest, binomial_test, boschloo_test, fisher_test
+from npss.study._votes import Count, Vote, count_votes, simulate_votes
+
+__all__ = [
+    "Agreement",
+    "Count",
+    "Interval",
+    "JointAgreement",
+    "PairedTest",
+    "ProportionTest",
+    "Question",
+    "Vote",
+    "agreement",
+    "binomial_test",
+    "boschloo_test",
+    "clopper_pearson_interval",
+    "count_votes",
+    "design",
+    "fisher_test",
+    "fleiss_kappa",
+    "joint_agreement",
+    "mcnemar_test",
+    "model_scores",
+    "power",
+    "predict",
+    "rank",
+    "read_votes",
+    "sample_size",
+    "simulate_votes",
+    "wilson_interval",
+    "write_votes",
+]

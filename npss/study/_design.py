@@ -1,0 +1,112 @@
+"""Which questions are asked: pairs of models, dealt as in the paper's survey."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from npss._checks import each, is_integer, positive_integer
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question: which of two models predicted a sequence better.
+
+    Attributes
+    ----------
+    number : int
+        Its number, from 1 on.
+    sequence : int
+        Which sequence is predicted.
+    model_a, model_b : str
+        The two models: A is shown on the left, B on the right.
+
+    Examples
+    --------
+    >>> from npss import study
+    >>> study.Question(number=1, sequence=4, model_a="GRU-d", model_b="VGRU-d").model_b
+    'VGRU-d'
+    """
+
+    number: int
+    sequence: int
+    model_a: str
+    model_b: str
+
+
+def design(
+    models: Sequence[str], sequences: Sequence[int], n_questions: int, *, rng: np.random.Generator
+) -> list[Question]:
+    """Draw the questions of a survey about one action, as the NPSS paper did.
+
+    All unordered pairs of models are dealt in random order without replacement; when they are used up, which the
+    paper does not speak of, all are dealt again. Left and right are random. Sequences are drawn with replacement.
+
+    Parameters
+    ----------
+    models : sequence of str
+        Names of two models or more.
+    sequences : sequence of int
+        The sequences that may be shown, such as ``range(8)``.
+    n_questions : int
+        How many questions; 20 in the paper.
+    rng : numpy.random.Generator
+        Where the draws come from.
+
+    Returns
+    -------
+    list of Question
+        Numbered from 1 on.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not as described, or a model or a sequence is named twice.
+
+    References
+    ----------
+    A. Gopalakrishnan et al., "A Neural Temporal Model for Human Motion Prediction", CVPR 2019.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from npss import study
+    >>> survey = study.design(["GRU-d", "VGRU-d", "VGRU-ac"], range(8), 20, rng=np.random.default_rng(0))
+    >>> survey[0]
+    Question(number=1, sequence=6, model_a='VGRU-d', model_b='VGRU-ac')
+    """
+    names = [_name(name) for name in each("models", models, "names")]
+    shown = each("sequences", sequences, "whole numbers")
+    for sequence in shown:
+        if not is_integer(sequence):
+            raise TypeError(f"sequences: expected whole numbers, got {sequence!r}")
+    for argument, values, least in (("models", names, 2), ("sequences", shown, 1)):
+        if len(values) < least or len(set(values)) < len(values):
+            raise ValueError(f"{argument}: expected {least} or more, each once, got {values}")
+    count = positive_integer("n_questions", n_questions)
+    generator(rng)
+    pairs = list(combinations(names, 2))
+    dealt: list[tuple[str, str]] = []
+    while len(dealt) < count:
+        dealt += [pairs[i] for i in rng.permutation(len(pairs))]
+    questions = []
+    for number, pair in enumerate(dealt[:count], start=1):
+        left = int(rng.integers(2))
+        sequence = int(shown[rng.integers(len(shown))])
+        questions.append(Question(number, sequence, pair[left], pair[1 - left]))
+    return questions
+
+
+def generator(rng: object) -> None:
+    """Raise a TypeError unless it is a generator of random numbers."""
+    if not isinstance(rng, np.random.Generator):
+        raise TypeError(f"rng: expected a numpy.random.Generator, such as numpy.random.default_rng(0), got {rng!r}")
+
+
+def _name(name: object) -> str:
+    if not isinstance(name, str):
+        raise TypeError(f"models: expected names, got {name!r}")
+    return name

@@ -1,0 +1,64 @@
+"""How far participants agree with each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from npss._checks import real_array
+
+
+def fleiss_kappa(counts: npt.ArrayLike) -> float:
+    """Fleiss' kappa: how far participants agree beyond chance. 1 is full agreement, 0 is chance.
+
+    Parameters
+    ----------
+    counts : (questions, categories) array_like of int
+        How many participants gave each answer to each question.
+
+    Returns
+    -------
+    float
+        Kappa; below 0 where they agree less than by chance.
+
+    Raises
+    ------
+    TypeError
+        If the counts are not whole numbers.
+    ValueError
+        If a count is negative, the questions were answered by different numbers of participants or by fewer than two,
+        or all answers are of one category: then kappa is 0/0.
+
+    References
+    ----------
+    J. L. Fleiss, "Measuring Nominal Scale Agreement Among Many Raters", Psychological Bulletin 76, 1971.
+
+    Examples
+    --------
+    >>> from npss import study
+    >>> study.fleiss_kappa([[4, 0], [0, 4], [3, 1]])
+    0.6571428571428571
+    """
+    array = real_array("counts", counts)
+    if array.dtype.kind not in "iu":
+        raise TypeError(f"counts: expected whole numbers, got dtype {array.dtype}")
+    if array.ndim != 2 or array.size == 0:
+        raise ValueError(f"counts: expected shape (questions, categories), got {array.shape}")
+    if (array < 0).any():
+        raise ValueError(f"counts: negative in question {int(np.argwhere(array < 0)[0][0])}")
+    raters = array.sum(axis=1)
+    if (raters != raters[0]).any():
+        other = int(np.argmax(raters != raters[0]))
+        raise ValueError(
+            f"counts: question 0 was answered by {raters[0]} participants, question {other} by {raters[other]}: "
+            f"kappa needs as many for each"
+        )
+    n = float(raters[0])
+    if n < 2:
+        raise ValueError(f"counts: {raters[0]} participants cannot agree with each other: two or more are needed")
+    shares = array.sum(axis=0) / array.sum()
+    if shares.max() == 1:
+        raise ValueError("counts: all answers are of one category, so kappa is 0/0: chance alone agrees in full")
+    by_chance = float(np.square(shares).sum())
+    agreeing = float((array * (array - 1.0)).sum(axis=1).mean() / (n * (n - 1)))
+    return (agreeing - by_chance) / (1 - by_chance)

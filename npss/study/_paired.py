@@ -1,0 +1,102 @@
+"""The test of two proportions from the same questions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb
+
+from npss._checks import is_integer, one_of
+from npss.study._input import ALTERNATIVES
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairedTest:
+    """A test of two proportions from the same questions.
+
+    Attributes
+    ----------
+    method : str
+        Which test.
+    alternative : {'greater', 'less', 'two-sided'}
+        What `p_value` tests against equal proportions: that a's is greater than b's, less, or either.
+    only_a, only_b : int
+        Questions on which a alone succeeded, and b alone: the others do not tell the two apart.
+    p_value : float
+        The p-value.
+
+    Examples
+    --------
+    >>> from npss import study
+    >>> study.mcnemar_test(9, 2).method
+    "McNemar's exact test"
+    """
+
+    method: str
+    alternative: str
+    only_a: int
+    only_b: int
+    p_value: float
+
+
+def mcnemar_test(only_a: int, only_b: int, *, alternative: str = "greater") -> PairedTest:
+    """McNemar's exact test: which of two succeeds more often on the same questions.
+
+    Of the questions that tell the two apart, each falls to either with probability 1/2 if the proportions are equal: a
+    binomial test.
+
+    Parameters
+    ----------
+    only_a : int
+        Questions on which the first alone succeeded.
+    only_b : int
+        Questions on which the second alone succeeded.
+    alternative : {'greater', 'less', 'two-sided'}, optional
+        Whether the first succeeds more often than the second, less often, or either (twice the smaller one-sided
+        p-value).
+
+    Returns
+    -------
+    PairedTest
+        If no question tells the two apart, its p-value is 1.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a count is not a whole number from 0 on, or the alternative is not one of its values.
+
+    See Also
+    --------
+    joint_agreement : counts the questions.
+
+    References
+    ----------
+    Q. McNemar, "Note on the Sampling Error of the Difference Between Correlated Proportions or Percentages",
+    Psychometrika 12, 1947.
+
+    Examples
+    --------
+    >>> from npss import study
+    >>> study.mcnemar_test(9, 2, alternative="two-sided").p_value
+    0.0654296875
+    """
+    one_of("alternative", alternative, ALTERNATIVES)
+    for name, count in (("only_a", only_a), ("only_b", only_b)):
+        if not is_integer(count):
+            raise TypeError(f"{name}: expected a whole number, got {count!r}")
+        if count < 0:
+            raise ValueError(f"{name}: expected 0 or more, got {count!r}")
+    a, b = int(only_a), int(only_b)
+    if alternative == "two-sided":
+        p = min(1.0, 2 * _tail(max(a, b), a + b))
+    else:
+        p = _tail(a if alternative == "greater" else b, a + b)
+    return PairedTest(method="McNemar's exact test", alternative=alternative, only_a=a, only_b=b, p_value=p)
+
+
+def _tail(least: int, n: int) -> float:
+    """Return the probability of `least` heads or more of `n` tosses, as exact as a float can be."""
+    heads, ways = 0, comb(n, least)
+    for k in range(least, n + 1):
+        heads += ways
+        ways = ways * (n - k) // (k + 1)
+    return heads / (1 << n)

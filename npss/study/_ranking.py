@@ -1,0 +1,151 @@
+"""How a metric ranks models, and which of two it prefers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from npss._checks import each, is_real
+from npss.protocol import SLICES_MS
+from npss.study._design import Question
+
+
+def model_scores(
+    records: Sequence[Mapping[str, Any]], models: Sequence[str], *, action: str, metric: str
+) -> dict[str, float]:
+    """Take the scores by which a metric ranks models from records.
+
+    Parameters
+    ----------
+    records : sequence of dict
+        As ``python -m baselines evaluate --format json`` prints and `npss.published.records` returns.
+    models : sequence of str
+        The models.
+    action : str
+        The action.
+    metric : str
+        ``'euler_error'``, the sum of the Euler errors at 80, 160, 320, 400, 560 and 1000 ms, by which the NPSS paper
+        ranks ("MSE"); or the NPSS over all frames by a convention: ``'paper'``, ``'released'``, ``'literal'``.
+
+    Returns
+    -------
+    dict of str to float
+        The score of each model; lower is better.
+
+    Raises
+    ------
+    TypeError
+        If a score is not a number.
+    ValueError
+        If a model has no such score, or more than one, or the scores have different signatures.
+
+    Examples
+    --------
+    >>> from npss import published, study
+    >>> models = ["VGRU-d", "GRU-d"]
+    >>> study.model_scores(published.records(), models, action="walking", metric="released")
+    {'VGRU-d': 0.887, 'GRU-d': 0.931}
+    """
+    scores: dict[str, float] = {}
+    signatures: dict[str, str] = {}
+    there = [
+        (record, score)
+        for record in records
+        if record.get("action") == action and (score := score_of(record, metric)) is not None
+    ]
+    for model in each("models", models, "names"):
+        found = [(record, score) for record, score in there if record.get("model") == model]
+        if len(found) != 1:
+            others = ", ".join(repr(record.get("model")) for record, _ in there) or "none"
+            raise ValueError(
+                f"records: expected one with {metric} of {model!r}, action {action!r}, got {len(found)}; "
+                f"those of the action with it are of: {others}"
+            )
+        ((record, scores[model]),) = found
+        signatures[model] = record.get("signatures", {}).get(metric, "not stated")
+    if len(set(signatures.values())) > 1:
+        stated = "; ".join(f"{model}: {text}" for model, text in signatures.items())
+        raise ValueError(f"records: the scores by {metric} have different signatures, so they are no ranking: {stated}")
+    return scores
+
+
+def rank(scores: Mapping[str, float]) -> dict[str, int]:
+    """Rank models by their scores, the lowest first.
+
+    Parameters
+    ----------
+    scores : mapping of str to float
+        The score of each model; lower is better.
+
+    Returns
+    -------
+    dict of str to int
+        Ranks from 1 on, the best model first. Equal scores share a rank, and the ranks after it are left out: 1, 2, 2,
+        4 ("competition ranking").
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a score is not a finite number.
+
+    Examples
+    --------
+    >>> from npss import study
+    >>> study.rank({"GRU-d": 0.9, "VGRU-d": 0.8, "VGRU-ac": 0.9})
+    {'VGRU-d': 1, 'GRU-d': 2, 'VGRU-ac': 2}
+    """
+    for model, score in scores.items():
+        if not is_real(score):
+            raise TypeError(f"scores: expected a number for {model!r}, got {score!r}")
+        if not math.isfinite(score):
+            raise ValueError(f"scores: expected a finite number for {model!r}, got {score!r}")
+    ordered = sorted(scores, key=lambda model: scores[model])
+    return {model: 1 + sum(other < scores[model] for other in scores.values()) for model in ordered}
+
+
+def predict(question: Question, ranking: Mapping[str, int]) -> str:
+    """Say which of a question's two models a metric prefers: the one that it ranks better.
+
+    Parameters
+    ----------
+    question : Question
+        The question.
+    ranking : mapping of str to int
+        Ranks of the models, as from `rank`.
+
+    Returns
+    -------
+    {'A', 'B', 'tie'}
+        ``'tie'`` where both have the same rank: then the metric predicts nothing.
+
+    Raises
+    ------
+    ValueError
+        If a model has no rank.
+
+    Examples
+    --------
+    >>> from npss import study
+    >>> study.predict(study.Question(1, 4, "GRU-d", "VGRU-d"), {"VGRU-d": 1, "GRU-d": 2})
+    'B'
+    """
+    for model in (question.model_a, question.model_b):
+        if model not in ranking:
+            raise ValueError(f"ranking: {model!r}, of question {question.number}, has no rank")
+    a, b = ranking[question.model_a], ranking[question.model_b]
+    return "tie" if a == b else "A" if a < b else "B"
+
+
+def score_of(record: Mapping[str, Any], metric: str) -> float | None:
+    """Return the score of a record by a metric, if it has one."""
+    if metric == "euler_error":
+        parts = [record.get("euler_error", {}).get(str(time)) for time in SLICES_MS]
+    else:
+        parts = [record.get("npss", {}).get(metric)]
+    if None in parts:
+        return None
+    for part in parts:
+        if not is_real(part):
+            raise TypeError(f"records: expected numbers as {metric} of {record['model']!r}, got {part!r}")
+    return math.fsum(parts)

@@ -1,0 +1,191 @@
+"""Everything that the votes of a study tell, as values for JSON; with scores, what they tell of the metrics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from npss._convention import CONVENTIONS
+from npss.study._agreement import agreement, joint_agreement
+from npss.study._intervals import wilson_interval
+from npss.study._kappa import fleiss_kappa
+from npss.study._paired import mcnemar_test
+from npss.study._ranking import model_scores, predict, rank, score_of
+from npss.study._two_samples import binomial_test
+from npss.study._votes import CHOICES, Count, Vote, count_votes
+
+#: Confidence level of all intervals.
+LEVEL = 0.95
+#: How the numbers are meant.
+MEANINGS = {
+    "majorities": "the more votes of A and B; votes for a tie count for neither; equal numbers are a tie",
+    "fleiss_kappa": "Fleiss 1971 with the categories A, B and tie; 1: participants agree in full, 0: by chance",
+    "score": "lower is better; that of euler_error is the sum at 80, 160, 320, 400, 560 and 1000 ms",
+    "rank": "equal scores share a rank, and the ranks after it are left out",
+    "rate": f"agreed of the questions without a tie, with Wilson's interval of level {LEVEL:g}",
+    "binomial_test": "takes the metrics' answers as independent samples, as the NPSS paper does; they are not",
+    "mcnemar_test": "the test for two metrics that answer the same questions",
+}
+
+
+def summary(
+    votes: Sequence[Vote],
+    records: Sequence[Mapping[str, Any]] | None = None,
+    *,
+    conventions: Sequence[str] | None = None,
+    alternative: str = "greater",
+) -> dict[str, Any]:
+    """Return what votes tell of models and participants, and with records of their scores, of metrics.
+
+    Parameters
+    ----------
+    votes : sequence of Vote
+        The votes.
+    records : sequence of dict, optional
+        As for `model_scores`.
+    conventions : sequence of str, optional
+        Conventions of NPSS that the records must have; by default those that they have.
+    alternative : {'greater', 'less', 'two-sided'}, optional
+        Whether NPSS agrees with the majority more often than the Euler error, less often, or either.
+
+    Returns
+    -------
+    dict
+        ``overall``, ``actions``, ``pairs``; with records ``metrics`` and ``comparisons``; ``meanings``.
+    """
+    counts = count_votes(votes)
+    actions = list(dict.fromkeys(count.action for count in counts))
+    told: dict[str, Any] = {
+        "overall": _participants(votes, counts),
+        "actions": {
+            action: _participants([vote for vote in votes if vote.action == action], _of(action, counts))
+            for action in actions
+        },
+        "pairs": _pairs(counts),
+    }
+    if records is not None:
+        told |= _metrics(counts, records, conventions, alternative)
+    return told | {"meanings": MEANINGS}
+
+
+def _of(action: str, counts: Sequence[Count]) -> list[Count]:
+    return [count for count in counts if count.action == action]
+
+
+def _participants(votes: Sequence[Vote], counts: Sequence[Count]) -> dict[str, Any]:
+    """Return how many voted, for what, and how far they agreed."""
+    majorities = [count.majority for count in counts]
+    told: dict[str, Any] = {
+        "questions": len(counts),
+        "participants": len({vote.participant for vote in votes}),
+        "votes": len(votes),
+        "majorities": {choice: majorities.count(choice) for choice in CHOICES},
+        "fleiss_kappa": None,
+    }
+    try:
+        told["fleiss_kappa"] = fleiss_kappa([[count.a, count.b, count.tie] for count in counts])
+    except ValueError as error:
+        told["fleiss_kappa_undefined"] = str(error).removeprefix("counts: ")
+    return told
+
+
+def _pairs(counts: Sequence[Count]) -> list[dict[str, Any]]:
+    """Return for each pair of models how many votes and majorities each of the two won."""
+    pairs: dict[tuple[str, str], dict[str, Any]] = {}
+    for count in counts:
+        models, won = [count.question.model_a, count.question.model_b], [count.a, count.b]
+        majority = [count.majority == "A", count.majority == "B"]
+        if models[0] > models[1]:
+            models, won, majority = models[::-1], won[::-1], majority[::-1]
+        nothing = {"models": models, "questions": 0, "votes": [0, 0], "tied_votes": 0}
+        nothing |= {"majorities": [0, 0], "tied_majorities": 0}
+        pair = pairs.setdefault((models[0], models[1]), nothing)
+        pair["questions"] += 1
+        pair["votes"] = [x + y for x, y in zip(pair["votes"], won, strict=True)]
+        pair["tied_votes"] += count.tie
+        pair["majorities"] = [x + y for x, y in zip(pair["majorities"], majority, strict=True)]
+        pair["tied_majorities"] += count.majority == "tie"
+    return [pairs[models] for models in sorted(pairs)]
+
+
+def _metrics(
+    counts: Sequence[Count], records: Sequence[Mapping[str, Any]], conventions: Sequence[str] | None, alternative: str
+) -> dict[str, Any]:
+    """Return how the metrics rank the models, how often the majority agrees with each, and with which the more."""
+    models = {
+        count.action: list(
+            dict.fromkeys(
+                model
+                for other in _of(count.action, counts)
+                for model in (other.question.model_a, other.question.model_b)
+            )
+        )
+        for count in counts
+    }
+    asked = [record for record in records if record.get("model") in models.get(record.get("action", ""), ())]
+    there = [
+        name for name in (*CONVENTIONS, "euler_error") if any(score_of(record, name) is not None for record in asked)
+    ]
+    names = there if conventions is None else [*conventions, *(name for name in there if name == "euler_error")]
+    if not names:
+        voted = "; ".join(f"{action}: {', '.join(of_action)}" for action, of_action in models.items())
+        raise ValueError(f"records: neither NPSS nor the Euler error of what was voted on ({voted})")
+    metrics: dict[str, Any] = {}
+    predictions: dict[str, list[str]] = {}
+    for name in names:
+        scores = {action: model_scores(asked, models[action], action=action, metric=name) for action in models}
+        ranks = {action: rank(scores[action]) for action in models}
+        predictions[name] = [predict(count.question, ranks[count.action]) for count in counts]
+        metrics[name] = {
+            "signatures": {action: _signature(asked, action, name) for action in models},
+            "rankings": {
+                action: [
+                    {"model": model, "score": scores[action][model], "rank": place}
+                    for model, place in ranks[action].items()
+                ]
+                for action in models
+            },
+            "overall": _agreement(counts, ranks),
+            "actions": {action: _agreement(_of(action, counts), ranks) for action in models},
+        }
+    majorities = [count.majority for count in counts]
+    comparisons = [
+        {"a": name, "b": "euler_error"}
+        | _comparison(predictions[name], predictions["euler_error"], majorities, alternative)
+        for name in names
+        if "euler_error" in names and name != "euler_error"
+    ]
+    return {"metrics": metrics, "comparisons": comparisons}
+
+
+def _signature(records: Sequence[Mapping[str, Any]], action: str, metric: str) -> str | None:
+    """Return the signature of the scores of an action: `model_scores` has seen that all models have the same."""
+    first = next(r for r in records if r["action"] == action and score_of(r, metric) is not None)
+    text: str | None = first.get("signatures", {}).get(metric)
+    return text
+
+
+def _agreement(counts: Sequence[Count], ranks: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
+    predictions = [predict(count.question, ranks[count.action]) for count in counts]
+    counted = agreement(predictions, [count.majority for count in counts])
+    return {
+        **asdict(counted),
+        "rate": counted.rate() if counted.n else None,
+        "interval": wilson_interval(counted.agreed, counted.n, level=LEVEL) if counted.n else None,
+    }
+
+
+def _comparison(first: Sequence[str], second: Sequence[str], majorities: Sequence[str], side: str) -> dict[str, Any]:
+    """Return the tests of two metrics: that of independent samples, and that of paired ones."""
+    a, b, joint = (
+        agreement(first, majorities),
+        agreement(second, majorities),
+        joint_agreement(first, second, majorities),
+    )
+    independent = binomial_test(a.agreed, a.n, b.agreed, b.n, alternative=side, level=LEVEL) if a.n and b.n else None
+    return {
+        "joint": asdict(joint),
+        "binomial_test": asdict(independent) if independent else None,
+        "mcnemar_test": asdict(mcnemar_test(joint.only_a, joint.only_b, alternative=side)),
+    }

@@ -1,0 +1,369 @@
+"""`npss.leaderboard`: what it can be made of, what the DataFrame holds, and how it is written."""
+
+import csv
+import html.parser
+import io
+import itertools
+import json
+import re
+
+import numpy as np
+import pytest
+
+import npss
+from npss._cli import main
+from npss._submissions import read_submissions
+
+pd = pytest.importorskip("pandas")
+
+ANGLES = slice(6, 99)
+
+
+@pytest.fixture(scope="module")
+def poses():
+    """Ground truth and the predictions of two models, eight sequences of 50 frames."""
+    rng = np.random.default_rng(0)
+    gt = 0.02 * rng.normal(size=(8, 50, 99)).cumsum(axis=1)
+    return {"gt": gt, "close": gt + 0.02 * rng.normal(size=gt.shape), "far": 0.5 * rng.normal(size=gt.shape)}
+
+
+def write(path, gt, preds):
+    arrays = {}
+    for action, motion in preds.items():
+        for i, (truth, pred) in enumerate(zip(gt, motion, strict=True)):
+            arrays[f"expmap/gt/{action}_{i}"] = truth
+            arrays[f"expmap/preds/{action}_{i}"] = pred
+    np.savez(path, **arrays)
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, poses):
+    """Files of three models; only two of them have all actions."""
+    root = tmp_path_factory.mktemp("predictions")
+    gt = poses["gt"]
+    write(root / "close.npz", gt, {"walking": poses["close"], "eating": poses["far"]})
+    write(root / "far_$off.npz", gt, {"walking": poses["far"], "eating": poses["close"]})
+    write(root / "half & half.npz", gt, {"walking": (poses["close"] + poses["far"]) / 2})
+    (root / "notes.txt").write_text("not a prediction")
+    return root
+
+
+@pytest.fixture(scope="module")
+def board(folder):
+    return npss.leaderboard(folder, protocol="mine")
+
+
+class TestFrame:
+    def test_is_a_data_frame_of_models_by_actions_and_columns(self, board, poses):
+        assert isinstance(board, pd.DataFrame)
+        assert list(board.index) == ["close", "far_$off", "half & half"]
+        assert list(board.columns.get_level_values("action").unique()) == ["eating", "walking"]
+        gt, pred = (npss.poses_to_euler(poses[name]) for name in ("gt", "close"))
+        for name in npss.CONVENTIONS:
+            assert board.loc["close", ("walking", f"NPSS {name}")] == npss.score(gt, pred, convention=name)
+        errors = npss.euler_error(gt, pred)
+        for time, error in errors.items():
+            assert board.loc["close", ("walking", f"Euler error {time} ms")] == error
+
+    def test_missing_cells_are_nan(self, board):
+        assert board.loc["half & half", "eating"].isna().all()
+        assert board.drop(index="half & half").notna().all(axis=None)
+
+    def test_what_is_computed_from_it_is_a_plain_frame(self, board):
+        assert type(board * 2) is pd.DataFrame
+        assert type(board.loc[["close"]]) is pd.DataFrame
+        assert (
+            float((board * 2).loc["close", ("walking", "NPSS paper")])
+            == 2 * board.loc["close", ("walking", "NPSS paper")]
+        )
+
+    def test_tidy_has_a_row_for_each_number(self, board):
+        tidy = board.tidy
+        assert len(tidy) == board.notna().sum().sum()
+        for row in tidy.itertuples():
+            assert board.loc[row.model, (row.action, row.column)] == row.value
+            assert row.low < row.value < row.high
+            assert npss.parse_signature(row.signature)["protocol"] == "mine"
+        walking = tidy[(tidy.action == "walking") & (tidy.column == "NPSS paper")].set_index("model")
+        assert dict(walking["rank"]) == {"close": 1, "half & half": 2, "far_$off": 3}
+        assert list(walking.index[walking["best"]]) == ["close"]
+        assert set(walking.index[walking["worse"]]) == {"half & half", "far_$off"}
+
+    def test_prints_as_a_frame_does(self, board):
+        assert "close" in repr(board)
+
+
+class TestSources:
+    def test_one_file_and_several(self, folder, board):
+        one = npss.leaderboard(folder / "close.npz", protocol="mine")
+        assert list(one.index) == ["close"]
+        several = npss.leaderboard([folder / "close.npz", str(folder / "far_$off.npz")], protocol="mine")
+        pd.testing.assert_frame_equal(pd.DataFrame(several), pd.DataFrame(board.loc[["close", "far_$off"]]))
+
+    def test_records_and_files_of_records(self, capsys, tmp_path):
+        from baselines.__main__ import main as baselines
+
+        command = ["evaluate", "zero-velocity", "repeat-50", "--synthetic", "--format", "json"]
+        assert baselines([*command, "--sequences"]) == 0
+        printed = capsys.readouterr().out
+        records = json.loads(printed)
+        board = npss.leaderboard(records)
+        assert board.loc["repeat-50", ("gait", "NPSS paper")] == records[1]["npss"]["paper"]
+        assert board.tidy.set_index(["model", "column"]).loc[("repeat-50", "NPSS paper"), "low"] > 0
+        (tmp_path / "records.json").write_text(printed)
+        pd.testing.assert_frame_equal(npss.leaderboard(tmp_path / "records.json").tidy, board.tidy)
+
+        assert baselines(command) == 0  # without --sequences
+        plain = npss.leaderboard(json.loads(capsys.readouterr().out))
+        pd.testing.assert_frame_equal(pd.DataFrame(plain), pd.DataFrame(board))
+        assert plain.tidy["low"].isna().all()
+        assert any("ranked by value" in note for note in plain.notes)
+
+    def test_reports(self, poses):
+        gt = poses["gt"][..., ANGLES]
+        reports = {
+            name: {"walking": npss.report(gt, poses[name][..., ANGLES], convention="released", fps=25)}
+            for name in ("close", "far")
+        }
+        board = npss.leaderboard(reports)
+        assert board.loc["far", ("walking", "NPSS released")] == float(reports["far"]["walking"])
+        without_actions = npss.leaderboard({name: of["walking"] for name, of in reports.items()})
+        assert list(without_actions.columns) == [("", "NPSS released")]
+        assert "all (ranked by NPSS released)" in without_actions.to_text()
+
+    @pytest.mark.parametrize("source", [3, None, [3], [None]])
+    def test_other_things_are_refused(self, source):
+        with pytest.raises(TypeError, match="source: expected paths"):
+            npss.leaderboard(source)
+
+    @pytest.mark.parametrize("source", [{}, []])
+    def test_nothing_is_no_leaderboard(self, source):
+        with pytest.raises(ValueError, match="source: nothing to rank"):
+            npss.leaderboard(source)
+
+    def test_empty_folders(self, tmp_path):
+        with pytest.raises(ValueError, match="no samples in it"):
+            npss.leaderboard(tmp_path)
+
+    def test_two_files_of_one_model(self, folder, tmp_path, poses):
+        other = write(tmp_path / "close.npz", poses["gt"], {"walking": poses["far"]})
+        with pytest.raises(ValueError, match="another file of a model 'close'"):
+            read_submissions([folder, other])
+
+    def test_ground_truths_that_differ(self, folder, tmp_path, poses):
+        other = write(tmp_path / "odd.npz", poses["gt"] + 0.01, {"walking": poses["far"]})
+        with pytest.raises(
+            ValueError, match=r"walking: the ground truths of 'close' and 'odd' differ \(by up to 0.01, in sequence \d"
+        ):
+            npss.leaderboard([folder, other])
+        short = write(tmp_path / "short.npz", poses["gt"][:5], {"walking": poses["far"][:5]})
+        with pytest.raises(ValueError, match=r"differ \(shapes \(8, 50, 99\) and \(5, 50, 99\)\)"):
+            npss.leaderboard([folder, short])
+
+    @pytest.mark.parametrize("text", ["", "{", "3", "[3]", '{"model": "m"}', "\xff"])
+    def test_broken_records(self, tmp_path, text):
+        path = tmp_path / "records.json"
+        path.write_bytes(text.encode("latin-1"))
+        with pytest.raises(ValueError, match=r"records\.json: (not JSON|expected a list of records)"):
+            npss.leaderboard(path)
+
+    def test_sorted_by_a_column(self, folder):
+        board = npss.leaderboard(folder, by="Euler error 80 ms")
+        assert "ranked by Euler error 80 ms" in board.to_text()
+        with pytest.raises(ValueError, match=r"by: expected one of NPSS paper, .*; got 'NPSS'"):
+            npss.leaderboard(folder, by="NPSS")
+
+
+class TestPublished:
+    def record(self, **changed):
+        stated = {"representation": "euler", "frames": 100, "fps": 25, "protocol": "srnn-8", "unwrap": "off"} | changed
+        return {
+            "model": "mine",
+            "action": "walking",
+            "npss": {"paper": 2.0, "released": 0.5},
+            "signature": npss.signature(("paper", "released"), **stated),
+        }
+
+    def test_rows_stand_beside_ones_own(self):
+        board = npss.leaderboard([self.record()], published=True)
+        assert board.loc["VGRU-d (published)", ("walking", "NPSS released")] == 0.887
+        assert board["walking", "NPSS paper"].notna().sum() == 1  # of which nothing was published
+        theirs = board.tidy[board.tidy.model == "VGRU-d"]
+        assert theirs["rank"].isna().all()
+        assert not theirs["best"].any()
+        assert theirs["source"].str.contains("Gopalakrishnan").all()
+        assert "Gopalakrishnan" in board.to_markdown()
+
+    @pytest.mark.parametrize("changed", [{"frames": 50}, {"protocol": "random-256"}, {"unwrap": "target"}])
+    def test_none_of_another_meaning(self, changed):
+        with pytest.raises(ValueError, match=r"published: no published number means the same.*srnn-8.* and npss"):
+            npss.leaderboard([self.record(**changed)], published=True)
+
+    def test_other_actions_have_none(self):
+        with pytest.raises(ValueError, match="published: no published number"):
+            npss.leaderboard([{**self.record(), "action": "posing"}], published=True)
+
+
+class Cells(html.parser.HTMLParser):
+    """The cells of the tables of a page."""
+
+    def __init__(self):
+        super().__init__()
+        self.tables, self.open = [], []
+
+    def handle_starttag(self, tag, attrs):
+        if tag == "br":
+            return
+        self.open.append(tag)
+        if tag == "table":
+            self.tables.append([])
+        if tag == "tr":
+            self.tables[-1].append([])
+        if tag in ("td", "th"):
+            self.tables[-1][-1].append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if "td" in self.open or "th" in self.open:
+            self.tables[-1][-1][-1] += data if "small" not in self.open else ""
+
+
+class TestWritten:
+    def test_text(self, board):
+        text = board.to_text()
+        row = next(line for line in text.splitlines() if re.match(r" +1  close ", line))
+        value = board.loc["close", ("walking", "NPSS paper")]
+        assert f"{value:.3f}*" in row
+        marked = next(line for line in text.splitlines() if re.match(r" +3  far_\$off", line))
+        assert "†" in marked
+        for signature in board.tidy["signature"].unique():
+            assert signature in text
+        assert "Cite A. Gopalakrishnan" in text
+        eating, walking = text.split("walking (ranked")
+        assert "half & half" in walking
+        assert "half & half" not in eating  # it has no numbers there
+
+    def test_digits(self, board):
+        value = board.loc["close", ("walking", "NPSS paper")]
+        assert f"{value:.5f}*" in board.to_text(digits=5)
+
+    def test_markdown_tables_are_regular(self, board):
+        lines = board.to_markdown().splitlines()
+        tables = [list(rows) for is_row, rows in itertools.groupby(lines, lambda line: line.startswith("|")) if is_row]
+        assert len(tables) == 2
+        for rows in tables:
+            assert len({row.replace("\\|", "").count("|") for row in rows}) == 1
+        assert "far\\_$off" in tables[0][2]  # in eating, the better one
+        assert "**" in tables[0][2]
+
+    def test_latex_is_escaped_and_balanced(self, board):
+        text = board.to_latex()
+        assert "far\\_\\$off" in text
+        assert "half \\& half" in text
+        for begin, end in (("\\toprule", "\\bottomrule"), ("\\begin{table}", "\\end{table}")):
+            assert text.count(begin) == text.count(end) == 2
+        for line in text.splitlines():
+            if line.endswith("\\\\"):
+                assert len(re.findall(r"(?<!\\)&", line)) == 10
+        bare = re.sub(r"\\[&%$#_{}]", "", text.replace("\\textbackslash{}", ""))
+        assert bare.count("{") == bare.count("}")
+        assert not re.search(r"[†–∞]|\|(?!\\allowbreak)", text)
+        assert "\\textbf{" in text
+        assert "\\textsuperscript{\\dag}" in text
+
+    def test_published_rows_follow_a_rule_in_latex(self):
+        board = npss.leaderboard([TestPublished().record()], published=True)
+        lines = board.to_latex().splitlines()
+        first = next(i for i, line in enumerate(lines) if "(published)" in line)
+        assert lines[first - 1] == "\\midrule"
+        assert '<tr class="published">' in board.to_html()
+
+    def test_html_holds_the_same_numbers_and_escapes_names(self, board):
+        cells = Cells()
+        cells.feed(board.to_html())
+        assert not cells.open
+        assert len(cells.tables) == 2
+        for table in cells.tables:
+            assert len({len(row) for row in table}) == 1
+        by_model = {row[0]: row for table in cells.tables for row in table if row[1] == "1"}
+        assert by_model["close"][2].startswith(f"{board.loc['close', ('walking', 'NPSS paper')]:.3f}")
+        assert "half & half" not in board.to_html()
+        assert "half &amp; half" in board.to_html()
+
+    def test_csv_is_unrounded(self, board, tmp_path):
+        rows = list(csv.DictReader(io.StringIO(board.to_csv())))
+        assert [float(row["value"]) for row in rows] == list(board.tidy["value"])
+        board.to_csv(tmp_path / "board.csv")
+        assert (tmp_path / "board.csv").read_text() == board.to_csv()
+
+    def test_an_infinite_end_is_written(self, poses):
+        gt = poses["gt"][:3, :, ANGLES]
+        reports = {name: npss.report(gt, poses[name][:3, :, ANGLES]) for name in ("close", "far")}
+        board = npss.leaderboard(reports)
+        assert "–∞)" in board.to_text()
+        assert "--$\\infty$" in board.to_latex()
+
+
+class TestCommands:
+    @pytest.mark.parametrize("form", ["text", "markdown", "latex", "html", "csv"])
+    def test_prints_what_the_function_returns(self, capsys, folder, form, board):
+        assert main(["leaderboard", str(folder), "--protocol", "mine", "--format", form]) == 0
+        assert capsys.readouterr().out == getattr(board, f"to_{form}")() + "\n"
+
+    def test_errors_are_one_line(self, capsys, folder):
+        assert main(["leaderboard", str(folder), "--published"]) == 2
+        assert capsys.readouterr().err.startswith("npss: error: published: no published number means the same")
+
+    def test_baselines_and_files_on_the_same_windows(self, capsys, tmp_path):
+        from baselines.__main__ import main as baselines
+        from baselines.evaluate import synthetic_task
+
+        task = synthetic_task()
+        file = write(tmp_path / "perfect.npz", task.target, {"gait": task.target, "other": task.target})
+        assert baselines(["leaderboard", "zero-velocity", str(file), "--synthetic", "--format", "csv"]) == 0
+        rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+        assert {row["action"] for row in rows} == {"gait"}
+        paper = {row["model"]: row for row in rows if row["column"] == "NPSS paper"}
+        assert float(paper["perfect"]["value"]) == 0
+        assert paper["perfect"]["rank"] == "1"
+        assert paper["zero-velocity"]["worse"] == "True"
+
+    def test_files_of_other_windows(self, capsys, tmp_path):
+        from baselines.__main__ import main as baselines
+        from baselines.evaluate import synthetic_task
+
+        target = synthetic_task().target
+        moved = write(tmp_path / "moved.npz", target + 0.1, {"gait": target})
+        assert baselines(["leaderboard", str(moved), "--synthetic"]) == 2
+        assert "the ground truths of 'the test windows' and 'moved' differ" in capsys.readouterr().err
+        other = write(tmp_path / "other.npz", target, {"walking": target})
+        assert baselines(["leaderboard", str(other), "--synthetic"]) == 2
+        assert "'other' has none of the actions asked for, gait" in capsys.readouterr().err
+        assert baselines(["leaderboard", "zero-veloctiy", "--synthetic"]) == 2
+        assert "'zero-veloctiy' is not one of" in capsys.readouterr().err
+
+
+def test_one_command_ranks_baselines_and_sample_models(capsys, h36m_root, samples_root):
+    """The samples are of the published windows, so the baselines stand beside them, with their known scores."""
+    from baselines.__main__ import main as baselines
+
+    files = [str(samples_root / name) for name in ("wookay_walking_10000.h5", "wookay_eating_1000.h5")]
+    command = ["leaderboard", "zero-velocity", "repeat-50", *files, "--h36m", str(h36m_root)]
+    assert baselines([*command, "--actions", "walking", "eating", "--format", "csv"]) == 0
+    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+    values = {(row["model"], row["action"], row["column"]): float(row["value"]) for row in rows}
+    known = {
+        ("zero-velocity", "walking", "NPSS paper"): 2.3341,
+        ("zero-velocity", "eating", "NPSS released"): 0.8677,
+        ("repeat-50", "walking", "NPSS released"): 0.8283,
+        ("repeat-50", "eating", "NPSS paper"): 1.8136,
+    }
+    for key, value in known.items():
+        assert values[key] == pytest.approx(value, abs=5e-5)
+    assert ("wookay_eating_1000", "walking", "NPSS paper") not in values
+    worse = {(row["model"], row["action"], row["column"]) for row in rows if row["worse"] == "True"}
+    assert ("zero-velocity", "eating", "NPSS paper") in worse
+    assert ("zero-velocity", "eating", "NPSS released") not in worse

@@ -1,0 +1,111 @@
+"""The page of `npss report` and of `python -m baselines leaderboard --report`: all of it, in whole, from files."""
+
+import base64
+import json
+import re
+from html import unescape
+
+import numpy as np
+import pytest
+
+import npss
+from npss._cli import main
+
+pytest.importorskip("pandas")
+pytest.importorskip("matplotlib")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    from baselines.data.gait import gait
+
+    root = tmp_path_factory.mktemp("models")
+    gt = gait(4, 50, rng=np.random.default_rng(0))
+    predictions = {
+        "near": gt + 0.02 * np.random.default_rng(1).normal(size=gt.shape),
+        "still": np.repeat(gt[:, :1], 50, axis=1),
+    }
+    for name, pred in predictions.items():
+        arrays = {}
+        for action in ("eating", "walking") if name == "near" else ("walking",):
+            for i in range(len(gt)):
+                arrays[f"expmap/gt/{action}_{i}"], arrays[f"expmap/preds/{action}_{i}"] = gt[i], pred[i]
+        np.savez(root / f"{name}.npz", **arrays)
+    return root
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    path = folder / "out" / "report.html"
+    path.parent.mkdir()
+    assert main(["report", str(folder), "-o", str(path), "--by", "NPSS released"]) == 0
+    return path.read_text(encoding="utf-8")
+
+
+def test_prints_the_leaderboard_too(capsys, folder, tmp_path):
+    assert main(["report", str(folder), "-o", str(tmp_path / "page.html"), "--format", "csv"]) == 0
+    assert capsys.readouterr().out == npss.leaderboard(folder).to_csv() + "\n"
+
+
+def test_has_the_tables_and_what_they_mean(page, folder):
+    board = npss.leaderboard(folder, by="NPSS released")
+    for table in re.findall(r"<table class=\"board\">.*?</table>", board.to_html(), flags=re.S):
+        assert table in page
+    for line in (*board.notes, *board.tidy["signature"]):
+        assert line in unescape(page)
+
+
+def test_says_of_each_prediction_what_was_found_and_of_the_ground_truth_once(page):
+    headings = re.findall(r"<h3>([^<]*)</h3>\s*<ul", page)
+    assert headings == ["eating, ground truth", "walking, ground truth", "walking, still"]
+    assert unescape(page).count("4 constant predictions (of 4 sequences)") == 1
+
+
+def test_has_four_pictures_an_action(page):
+    captions = re.findall(r"<figure><h3>([^<]*)</h3>", page)
+    assert captions == [
+        f"{action}: {what}"
+        for action in ("eating", "walking")
+        for what in (
+            "the first sequence",
+            "Euler error over time",
+            "where the score of near comes from",
+            "the spectra behind it, near",
+        )
+    ]
+    pictures = re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', page)
+    assert len(pictures) == 8
+    for picture in pictures:
+        assert base64.b64decode(picture).startswith(b"<?xml")
+
+
+def test_has_every_model_moving(page):
+    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, flags=re.S)[1])
+    labels = {clip["name"]: [motion["label"] for motion in clip["motions"]] for clip in data["clips"]}
+    assert labels == {"eating": ["ground truth", "near"], "walking": ["ground truth", "near", "still"]}
+
+
+def test_errors_are_one_line(capsys, tmp_path):
+    assert main(["report", str(tmp_path), "-o", str(tmp_path / "page.html")]) == 2
+    assert "no samples in it" in capsys.readouterr().err
+
+
+def test_of_baselines_and_files(capsys, tmp_path):
+    from baselines.__main__ import main as baselines
+
+    path = tmp_path / "report.html"
+    assert baselines(["leaderboard", "zero-velocity", "repeat-50", "--synthetic", "--report", str(path)]) == 0
+    assert "repeat-50" in capsys.readouterr().out
+    assert "<h1>2 models on gait</h1>" in path.read_text(encoding="utf-8")
+
+
+def test_of_real_predictions(h36m_root, samples_root, tmp_path):
+    from baselines.__main__ import main as baselines
+
+    path = tmp_path / "report.html"
+    files = [str(samples_root / name) for name in ("wookay_walking_10000.h5", "wookay_eating_1000.h5")]
+    command = ["leaderboard", "zero-velocity", "repeat-50", *files, "--h36m", str(h36m_root)]
+    assert baselines([*command, "--actions", "walking", "eating", "--published", "--report", str(path)]) == 0
+    page = unescape(path.read_text(encoding="utf-8"))
+    assert "<h1>4 models on walking, eating</h1>" in page
+    assert "VGRU-d (published)" in page

@@ -1,0 +1,204 @@
+"""Ranks, marks and errors of leaderboards; what they look like is in test_leaderboard.py."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import npss
+from npss._records import measure
+from npss._standings import Result, holm, notes, result_of_report, results_of_record, standings
+
+
+def result(model, parts, *, weight=1.0, action="walking", column="NPSS paper", source="", signature="npss|version:1"):
+    """A result of which the sequences add `parts`; a number alone has no known sequences."""
+    named = {"model": model, "action": action, "column": column, "source": source, "signature": signature}
+    if isinstance(parts, float):
+        return Result(value=parts, **named)
+    numerator = np.array(parts, float)
+    weights = np.broadcast_to(weight, numerator.shape).astype(float)
+    return Result(value=numerator.sum() / weights.sum(), numerator=numerator, weight=weights, **named)
+
+
+def by_model(found):
+    return {one.result.model: one for one in found}
+
+
+@given(p=st.lists(st.floats(0, 1), max_size=12))
+def test_holm_is_what_statsmodels_computes(p):
+    multitest = pytest.importorskip("statsmodels.stats.multitest")
+    expected = multitest.multipletests(p, method="holm")[1] if p else []
+    np.testing.assert_allclose(holm(p), expected, rtol=1e-12)
+
+
+def test_a_clear_difference_is_marked_and_ranked():
+    rng = np.random.default_rng(0)
+    hard = rng.normal(5, 1, 12)  # some sequences are harder than others, which pairing takes out
+    found = by_model(standings([result("good", hard), result("bad", hard + rng.uniform(0.1, 0.2, 12))]))
+    assert (found["good"].rank, found["good"].best, found["good"].worse) == (1, True, False)
+    assert (found["bad"].rank, found["bad"].best, found["bad"].worse) == (2, False, True)
+    assert found["bad"].p_value == 2 / 2**12
+    assert found["good"].p_value is None  # it is the one that the others are compared with
+
+
+def test_noise_shares_a_rank_and_is_not_marked():
+    parts = np.random.default_rng(1).normal(5, 1, (2, 8))
+    found = by_model(standings([result("a", parts[0]), result("b", parts[1])]))
+    assert {one.rank for one in found.values()} == {1}
+    assert not any(one.worse for one in found.values())
+    assert sum(one.best for one in found.values()) == 1
+
+
+def test_ranks_are_one_plus_the_models_that_are_better_by_more_than_chance():
+    rng = np.random.default_rng(2)
+    parts = {f"m{k}": 5 + 0.4 * k + rng.normal(0, 0.5, 10) for k in range(5)}
+    found = by_model(standings([result(name, values) for name, values in parts.items()]))
+    pairs = list(itertools.combinations(parts, 2))
+    raw = [npss._sign_flip.sign_flips(parts[a] - parts[b], np.ones(10)).p_value() for a, b in pairs]
+    corrected = dict(zip(pairs, holm(raw), strict=True))
+    for name, values in parts.items():
+        better = sum(
+            other.mean() < values.mean() and min(corrected.get((name, o), 1), corrected.get((o, name), 1)) <= 0.05
+            for o, other in parts.items()
+            if o != name
+        )
+        assert found[name].rank == 1 + better
+    assert len({one.rank for one in found.values()}) > 1  # or nothing was tested
+
+
+def test_more_models_need_more_to_differ():
+    hard = np.random.default_rng(3).normal(5, 1, 8)
+    some = {f"m{k}": hard + 0.5 * k for k in range(4)}  # each sequence agrees: p = 2 / 256
+    found = standings([result(name, parts) for name, parts in some.items()])
+    assert [one.rank for one in found] == [1, 2, 3, 4]  # 6 pairs: 6 * .0078 = .047
+    found = standings([*[one.result for one in found], result("m4", hard + 2)])
+    assert {one.rank for one in found} == {1}  # 10 pairs: .078
+    (said,) = (line for line in notes(found) if "cannot show" in line)
+    assert said.startswith("walking: 8 sequences cannot show any difference between 5 models")
+    assert "0.0078" in said
+    assert "0.005" in said
+
+
+def test_without_sequences_ranks_go_by_value_and_only_equal_values_tie():
+    values = {"a": 1.0, "b": 2.0, "c": 1.0 + 1e-15, "d": 3.0}
+    found = by_model(standings([result(name, value) for name, value in values.items()]))
+    assert {name: one.rank for name, one in found.items()} == {"a": 1, "c": 1, "b": 3, "d": 4}
+    assert [name for name, one in found.items() if one.best] == ["a", "c"]
+    assert all(one.low is None and one.p_value is None and not one.worse for one in found.values())
+    assert any("ranked by value" in line for line in notes(list(found.values())))
+
+
+def test_a_single_model_is_not_called_the_best():
+    (one,) = standings([result("alone", [1, 2, 3, 4])])
+    assert (one.rank, one.best) == (1, False)
+
+
+def test_published_numbers_are_neither_ranked_nor_best():
+    found = by_model(standings([result("mine", 2.0), result("theirs", 1.0, source="Somebody 2019, Table 4")]))
+    assert (found["theirs"].rank, found["theirs"].best) == (None, False)
+    assert found["mine"].rank == 1
+    assert any("Somebody 2019, Table 4" in line for line in notes(list(found.values())))
+    only = standings([result("theirs", 1.0, source="Somebody")])
+    assert only[0].rank is None
+
+
+def test_a_published_model_may_have_the_name_of_ones_own():
+    found = standings([result("VGRU-d", 2.0), result("VGRU-d", 1.0, source="Somebody")])
+    assert [one.rank for one in found] == [1, None]
+
+
+def test_intervals_are_those_of_reports():
+    rng = np.random.default_rng(4)
+    gt = rng.normal(size=(8, 40, 3)).cumsum(axis=1)
+    report = npss.report(gt, gt + rng.normal(size=gt.shape), convention="released")
+    (one,) = standings([result_of_report("m", "walking", report)], level=0.9, seed=7)
+    assert (one.low, one.high) == report.interval(level=0.9, seed=7)
+    assert one.result.column == "NPSS released"
+    assert one.result.value == report.score
+
+
+def test_a_convention_of_ones_own_has_a_column_of_its_own():
+    gt = np.random.default_rng(5).normal(size=(3, 20, 2))
+    report = npss.report(gt, gt[::-1], convention=npss.Convention(weight="uniform"))
+    column = result_of_report("m", "", report).column
+    assert column == "NPSS power=magnitude,bins=two-sided,distance=cdf,weight=uniform,zero=dc"
+
+
+def test_records_have_the_intervals_of_reports():
+    rng = np.random.default_rng(6)
+    gt = rng.normal(size=(6, 50, 3)).cumsum(axis=1)
+    pred = gt + rng.normal(size=gt.shape)
+    record = measure(gt, pred, fps=25, at_ms=(80, 400), edges_s=(0, 1, 2), sequences=True, frames=50)
+    results = results_of_record({"model": "m", "action": "a", **record})
+    assert [one.column for one in results] == [
+        *("NPSS paper", "NPSS released", "NPSS literal"),
+        *(f"NPSS {name} {window} s" for name in npss.CONVENTIONS for window in ("0-1", "1-2")),
+        *("Euler error 80 ms", "Euler error 400 ms"),
+    ]
+    found = {one.result.column: one for one in standings(results)}
+    for name in npss.CONVENTIONS:
+        expected = npss.report(gt, pred, convention=name).interval()
+        assert (found[f"NPSS {name}"].low, found[f"NPSS {name}"].high) == pytest.approx(expected, rel=1e-9)
+        assert found[f"NPSS {name} 0-1 s"].low is None
+    euler = found["Euler error 400 ms"]
+    assert euler.result.numerator.mean() == pytest.approx(euler.result.value)
+    assert euler.low < euler.result.value < euler.high
+
+
+@pytest.mark.parametrize("field", ["model", "action", "signature"])
+def test_records_that_are_none(field):
+    record = {"model": "m", "action": "a", "signature": "npss|version:1", field: None}
+    with pytest.raises(ValueError, match=f"records: expected a text '{field}' in each, got None"):
+        results_of_record(record)
+
+
+def test_numbers_of_different_meaning_are_not_ranked_together():
+    one = result("a", 1.0, signature=npss.signature("paper", frames=100))
+    other = result("b", 2.0, signature=npss.signature("paper", frames=50))
+    with pytest.raises(ValueError, match=r"'a' and 'b' are different numbers.*frames:100 and npss.*frames:50"):
+        standings([one, other])
+    assert len(standings([one, result("b", 2.0, action="eating", signature=other.signature)])) == 2
+
+
+def test_a_model_is_there_once():
+    with pytest.raises(ValueError, match="walking, NPSS paper: 'a' is there twice"):
+        standings([result("a", 1.0), result("a", 2.0)])
+
+
+def test_models_are_compared_on_the_same_ground_truth_only():
+    one = result("a", [1, 2, 3, 4], weight=[1, 2, 3, 4])
+    with pytest.raises(ValueError, match=r"'a' and 'b' were scored on different ground truth \(4 and 3 sequences\)"):
+        standings([one, result("b", [1, 2, 3], weight=[1, 2, 3])])
+    with pytest.raises(ValueError, match=r"walking: 'a' and 'b' .* \(sequence 2 differs in power\)"):
+        standings([one, result("b", [1, 2, 3, 4], weight=[1, 2, 3.5, 4])])
+    rounded = np.array([1, 2, 3, 4]) * (1 + 1e-6)
+    assert len(standings([one, result("b", [1, 2, 3, 4], weight=rounded)])) == 2
+
+
+def test_sequences_without_power_do_not_count():
+    weight = np.array([0, 1, 1, 1, 1, 1, 1, 1, 1])
+    parts = np.array([0, *range(1, 9)], float)
+    found = by_model(standings([result("a", parts, weight=weight), result("b", parts + weight, weight=weight)]))
+    assert found["b"].p_value == 2 / 2**8
+    lonely = standings([result("a", [1.0, 0], weight=[1, 0]), result("b", [2.0, 0], weight=[1, 0])])
+    assert [one.p_value for one in lonely] == [None, None]  # one sequence pairs nothing
+
+
+@pytest.mark.parametrize("level", [0, 1, -1, math.nan])
+def test_levels_that_are_none(level):
+    with pytest.raises(ValueError, match="level: expected a number between 0 and 1"):
+        standings([result("a", 1.0)], level=level)
+
+
+def test_under_the_null_hypothesis_few_columns_have_a_mark():
+    """The chance of any mark among four equal models is at most 5 %."""
+    rng = np.random.default_rng(8)
+    marked = 0
+    for _ in range(300):
+        parts = rng.lognormal(size=(4, 8))
+        found = standings([result(f"m{k}", values) for k, values in enumerate(parts)])
+        marked += any(one.rank > 1 for one in found)
+    assert marked <= 0.05 * 300 + 3 * math.sqrt(0.05 * 0.95 * 300)

@@ -1,0 +1,85 @@
+"""The questions: what is dealt, how often, on which side, and the same for the same seed."""
+
+from collections import Counter
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from npss import study
+
+MODELS = ["VGRU-r1", "MBR-unsup", "MBR-long", "VGRU-ac", "GRU-d", "VGRU-d"]
+
+
+def pair(question):
+    return frozenset((question.model_a, question.model_b))
+
+
+@given(st.integers(2, 7), st.integers(1, 60), st.integers(0, 2**32))
+def test_every_deal_holds_every_pair_once(n_models, n_questions, seed):
+    models = [f"model {i}" for i in range(n_models)]
+    pairs = {frozenset(two) for two in combinations(models, 2)}
+    questions = study.design(models, [3, 5, 8], n_questions, rng=np.random.default_rng(seed))
+    assert [question.number for question in questions] == list(range(1, n_questions + 1))
+    for start in range(0, n_questions, len(pairs)):
+        deal = [pair(question) for question in questions[start : start + len(pairs)]]
+        assert len(set(deal)) == len(deal)
+        assert set(deal) <= pairs
+        assert len(deal) < len(pairs) or set(deal) == pairs
+    assert {question.sequence for question in questions} <= {3, 5, 8}
+    assert questions == study.design(models, [3, 5, 8], n_questions, rng=np.random.default_rng(seed))
+
+
+def test_the_papers_survey_has_five_pairs_twice():
+    questions = study.design(MODELS, range(8), 20, rng=np.random.default_rng(0))
+    assert sorted(Counter(map(pair, questions)).values()) == [1] * 10 + [2] * 5
+
+
+def test_sides_sequences_and_order_are_by_chance():
+    rng = np.random.default_rng(1)
+    surveys = [study.design(MODELS, range(8), 20, rng=rng) for _ in range(300)]
+    questions = [question for survey in surveys for question in survey]
+    left = sum(question.model_a < question.model_b for question in questions)
+    assert stats.binomtest(left, len(questions)).pvalue > 0.001
+    sequences = np.bincount([question.sequence for question in questions], minlength=8)
+    assert stats.chisquare(sequences).pvalue > 0.001
+    first = Counter(pair(survey[0]) for survey in surveys)
+    assert len(first) == 15
+    assert stats.chisquare(list(first.values())).pvalue > 0.001
+    # With replacement: of 20 draws among 8, some sequence comes again in every survey, and seldom all are there.
+    assert 0 < sum(len({question.sequence for question in survey}) < 8 for survey in surveys) < 300
+
+
+def test_other_seeds_ask_other_questions():
+    first, second = (study.design(MODELS, range(8), 20, rng=np.random.default_rng(seed)) for seed in (0, 1))
+    assert first != second
+
+
+def test_arrays_of_sequences():
+    questions = study.design(MODELS, np.arange(8), 3, rng=np.random.default_rng(0))
+    assert all(type(question.sequence) is int for question in questions)
+    assert questions == study.design(tuple(MODELS), range(8), 3, rng=np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "message"),
+    [
+        ({"models": ["one"]}, ValueError, r"models: expected 2 or more, each once, got \['one'\]"),
+        ({"models": ["one", "two", "one"]}, ValueError, "models: expected 2 or more, each once"),
+        ({"models": "one two"}, TypeError, "models: expected a sequence of names"),
+        ({"models": ["one", 2]}, TypeError, "models: expected names, got 2"),
+        ({"sequences": []}, ValueError, "sequences: expected 1 or more, each once"),
+        ({"sequences": [1, 1]}, ValueError, "sequences: expected 1 or more, each once"),
+        ({"sequences": 8}, TypeError, "sequences: expected a sequence of whole numbers, got 8"),
+        ({"sequences": [0.5]}, TypeError, r"sequences: expected whole numbers, got 0\.5"),
+        ({"n_questions": 0}, ValueError, "n_questions: expected a positive integer, got 0"),
+        ({"rng": 0}, TypeError, r"rng: expected a numpy\.random\.Generator, .* got 0"),
+    ],
+)
+def test_errors(changed, error, message):
+    arguments = {"models": MODELS, "sequences": range(8), "n_questions": 20, "rng": np.random.default_rng(0), **changed}
+    with pytest.raises(error, match=message):
+        study.design(**arguments)
