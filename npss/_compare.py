@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from npss._bootstrap import checked_seed
 from npss._checks import Float64, motion_array, motion_pair, one_of, positive_number
 from npss._convention import Convention, as_convention
 from npss._euler_error import sequence_errors
@@ -164,7 +163,6 @@ def compare(
     truth = motion_array("gt", gt)
     if truth.ndim != 3 or len(truth) < 2:
         raise ValueError(f"gt: expected shape (N, T, D) with N >= 2 sequences to pair, got {truth.shape}")
-    checked_seed(seed)
     known: dict[str, Value] = {"frames": truth.shape[1]}
     rate = None if fps is None else positive_number("fps", fps)
     if rate is not None:

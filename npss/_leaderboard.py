@@ -36,7 +36,7 @@ def leaderboard(
     Parameters
     ----------
     source : path, sequence of paths, sequence of dict, or mapping
-        A folder with a file of samples for each model (``.h5`` or ``.npz``; the file's name is the model's), or such
+        A folder with a file of samples for each model (``MODEL.h5`` or ``.npz``, or ``MODEL/samples.h5``), or such
         files; records, as ``python -m baselines evaluate --format json`` prints them, or files of them (``.json``);
         or reports: a mapping from models to a `Report`, or to a mapping from actions to a `Report`.
     published : bool, optional

@@ -23,23 +23,29 @@ Submissions = Mapping[str, Mapping[str, Pair]]
 
 
 def read_submissions(paths: Iterable[Path]) -> dict[str, dict[str, Pair]]:
-    """Read one file of samples for each model, whose name is the file's; of a folder, all such files.
+    """Read one file of samples for each model, and of a folder all that are in it.
+
+    A model is called as its file, ``MODEL.h5``; or as its folder, where the file is ``MODEL/samples.h5``.
 
     Raises
     ------
     ValueError
         If there are none, two have the same name, or their ground truths differ.
     """
-    files: list[Path] = []
+    files: dict[str, Path] = {}
     for path in paths:
-        inside = sorted(file for file in path.iterdir() if file.suffix in _SUFFIXES) if path.is_dir() else [path]
+        inside = [path]
+        if path.is_dir():
+            several = sorted([*path.iterdir(), *path.glob("*/samples.*")])
+            inside = [file for file in several if file.suffix in _SUFFIXES and file.is_file()]
         if not inside:
             raise ValueError(f"{path}: no samples in it ({', '.join(_SUFFIXES)})")
-        files += inside
-    stems = [file.stem for file in files]
-    if twice := [file for place, file in enumerate(files) if file.stem in stems[:place]]:
-        raise ValueError(f"{twice[0]}: there is another file of a model {twice[0].stem!r}")
-    found = {file.stem: {str(pair.name): pair for pair in read_poses(file)} for file in files}
+        for file in inside:
+            model = file.parent.name if file.stem == "samples" else file.stem
+            if model in files:
+                raise ValueError(f"{file}: there is another file of a model {model!r}, {files[model]}")
+            files[model] = file
+    found = {model: {str(pair.name): pair for pair in read_poses(file)} for model, file in files.items()}
     check_truths(found)
     return found
 

@@ -267,7 +267,7 @@ class NoRealPower(Trap):
         """
         even = block.pred + block.pred[:, -np.arange(block.pred.shape[1])]
         size = np.abs(block.pred).max(axis=1)
-        self._odd.add(block.top, (np.abs(even).max(axis=1) < 1e-6 * size) & block.gt.any(axis=1))
+        self._odd.add(block.top, (np.abs(even).max(axis=1) < 1e-5 * size) & block.gt.any(axis=1))
 
     def found(self) -> Iterator[Found]:
         if self._odd.count:

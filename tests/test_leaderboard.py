@@ -146,6 +146,14 @@ class TestSources:
         with pytest.raises(ValueError, match="no samples in it"):
             npss.leaderboard(tmp_path)
 
+    def test_a_folder_for_each_model(self, folder, board, tmp_path):
+        for name in ("close", "far_$off"):
+            (tmp_path / name).mkdir()
+            (tmp_path / name / "samples.npz").write_bytes((folder / f"{name}.npz").read_bytes())
+            (tmp_path / name / "other.npz").write_bytes(b"not read")
+        several = npss.leaderboard(tmp_path, protocol="mine")
+        pd.testing.assert_frame_equal(pd.DataFrame(several), pd.DataFrame(board.loc[["close", "far_$off"]]))
+
     def test_two_files_of_one_model(self, folder, tmp_path, poses):
         other = write(tmp_path / "close.npz", poses["gt"], {"walking": poses["far"]})
         with pytest.raises(ValueError, match="another file of a model 'close'"):

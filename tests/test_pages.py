@@ -189,7 +189,7 @@ def test_a_report_holds_its_parts():
     )
     page = Page(html)
     assert [a["id"] for a in page.attributes("section")] == [
-        *("leaderboard", "diagnosis", "pictures", "motion", "signatures", "cite"),
+        *("leaderboard", "motion", "diagnosis", "pictures", "signatures", "cite"),
     ]
     assert len(page.attributes("table")) == 2
     for text in ("npss|version:1|convention:paper|frames:100", "It is late.", "Why.", "Gopalakrishnan"):
