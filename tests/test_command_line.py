@@ -82,6 +82,15 @@ class TestScore:
             "diagnosis": [str(finding) for finding in npss.diagnose(*motion)],
         }
 
+    def test_what_unwrap_has_removed_is_not_diagnosed(self, capsys, tmp_path):
+        angle = np.linspace(-1, 1, 40)[:, np.newaxis] * [2, 1]
+        wrapped = np.where(angle > 1, angle - 2 * np.pi, angle)
+        paths = [tmp_path / "gt.npy", tmp_path / "pred.npy"]
+        for path, motion in zip(paths, (wrapped, angle), strict=True):
+            np.save(path, motion)
+        assert "jumps of about 2 pi" in run(capsys, "score", *paths)[1]
+        assert "jumps of about 2 pi" not in run(capsys, "score", *paths, "--unwrap", "target")[1]
+
     def test_markdown(self, capsys, files):
         _, out, _ = run(capsys, "score", *files, "--format", "markdown")
         lines = out.splitlines()

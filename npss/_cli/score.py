@@ -17,6 +17,7 @@ from npss._poses import poses_to_euler
 from npss._records import Record, measure, signature_of
 from npss._signature import Value
 from npss._tables import table
+from npss._unwrap import unwrap
 from npss.protocol import FPS, SLICES_MS
 
 _DESCRIPTION = """\
@@ -123,7 +124,8 @@ def _record(
         )
     except (TypeError, ValueError) as error:
         raise type(error)(f"{pair.name}: {error}" if pair.name is not None else str(error)) from error
-    record["diagnosis"] = [str(finding) for finding in diagnose(pair.gt, pair.pred)]
+    motions = (pair.gt, pair.pred) if options.unwrap == "off" else (unwrap(pair.gt), unwrap(pair.pred))
+    record["diagnosis"] = [str(finding) for finding in diagnose(*motions)]
     if pair.stored_curve is not None:
         curve = euler_error_curve(pair.gt, pair.pred)
         record["stored_curve_difference"] = float(np.abs(curve - pair.stored_curve).max())
@@ -148,6 +150,6 @@ def _text(record: Record, *, markdown: bool) -> str:
         verdict = "reproduced" if difference < 1e-6 else "NOT reproduced"
         lines.append(f"\nThe file's own Euler error curve is {verdict}: largest difference {difference:.1e} rad.")
     if record["diagnosis"]:
-        lines.append("\nLook at this before you trust the numbers:")
+        lines.append("\nDiagnosis:")
         lines += [f"- {finding}" for finding in record["diagnosis"]]
     return "\n".join(lines)

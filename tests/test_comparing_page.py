@@ -1,0 +1,20 @@
+"""The program of docs/comparing.md, run as it is printed."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PAGE = Path(__file__).parents[1] / "docs" / "comparing.md"
+
+
+@pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
+def test_the_program_says_what_the_page_promises(tmp_path):
+    pytest.importorskip("pandas")
+    (program,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), flags=re.M | re.S)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path, timeout=120)
+    assert done.returncode == 0, done.stderr
+    for line in ("of the score", "p = 0.00781", "8 constant predictions", "NPSS paper", "npss|version:1|convention:paper"):
+        assert line in done.stdout
