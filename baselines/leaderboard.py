@@ -9,7 +9,7 @@ from typing import Any
 from baselines.evaluate import Task, add_task_options, tasks_of
 from baselines.predictors import PREDICTORS
 from npss._cli import report
-from npss._cli.leaderboard import add_options, show
+from npss._cli.leaderboard import add_options, board_of, show
 from npss._files import Pair
 from npss._submissions import check_truths, read_submissions, records_of
 
@@ -38,13 +38,15 @@ def add_parser(commands: Any) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Print the leaderboard, and write the page."""
+    """Write the page, and print the leaderboard."""
+    if options.report:
+        report.check_folder(options.report)
     tasks = list(tasks_of(options))
     submissions = submit(options.models or list(PREDICTORS), tasks)
-    records = records_of(submissions, protocol=tasks[0].protocol)
-    board = show(records, options)
+    board = board_of(records_of(submissions, protocol=tasks[0].protocol), options)
     if options.report:
         report.write(options.report, submissions, board)
+    show(board, options)
 
 
 def submit(models: list[str], tasks: list[Task]) -> dict[str, dict[str, Pair]]:

@@ -12,10 +12,10 @@ from npss._checks import Float64, motion_array, motion_pair, one_of, positive_nu
 from npss._convention import Convention, as_convention
 from npss._euler_error import sequence_errors
 from npss._frames import whole_frames
-from npss._report import contributions, stated_with
+from npss._report import contributions
 from npss._score import quotient, weighted_sums
 from npss._sign_flip import SAMPLES, SignFlips, sign_flips
-from npss._signature import Value, signature
+from npss._signature import Value, signature, stated_with
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -81,7 +81,8 @@ class Comparison:
         return (
             f"{self.a:.4f} - {self.b:.4f} = {self.difference:.4f}, {low:.4f} to {high:.4f} (95 %), "
             f"p = {self.p_value:.3g}\n"
-            f"  two-sided sign-flip test over {self.n} sequences, {ways} exchanges\n"
+            f"  two-sided sign-flip test over {self.n} sequences, {ways} exchanges, and the differences that it does "
+            f"not reject\n"
             f"  {self.signature}"
         )
 

@@ -45,7 +45,8 @@ class Finding:
         if self.trap == "powerless":
             return f"{self.argument}: {self.count} {self.message}"
         if self.trap in ("shift", "degrees", "axes"):
-            place = f" (feature {self.where[0]})" if self.where else ""
+            what = "the first is sequence" if self.trap == "shift" else "the largest is of feature"
+            place = f"; {what} {self.where[0]}" if self.where else ""
             return f"{self.argument}: {self.message}{place}"
         where = self.where[0] if len(self.where) == 1 else self.where
         last = "quaternion" if self.trap == "quaternion-sign" else "feature"

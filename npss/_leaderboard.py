@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 from npss import published as published_rows
 from npss._records import Record
 from npss._report import Report
+from npss._results import Result, result_of_report, results_of_record
 from npss._signature import Value
-from npss._standings import Result, notes, result_of_report, results_of_record, standings
+from npss._standings import notes, standings
 from npss._submissions import read_all
 
 if TYPE_CHECKING:
@@ -103,26 +104,39 @@ def leaderboard(
     if by is not None and by not in columns:
         raise ValueError(f"by: expected one of {', '.join(columns)}; got {by!r}")
     found = standings(results, level=level, seed=seed)
-    return Leaderboard.of(found, notes(found, level=level, seed=seed), by)
+    return Leaderboard.of(found, notes(found, level=level, seed=seed), by=by, level=level)
 
 
 def _results(source: Any, context: Mapping[str, Value]) -> list[Result]:
-    if isinstance(source, Mapping):
-        return [
-            result_of_report(model, action, report)
-            for model, reports in source.items()
-            for action, report in ({"": reports} if isinstance(reports, Report) else reports).items()
-        ]
     if isinstance(source, str | PathLike):
         source = [source]
     if not isinstance(source, Iterable):
         raise TypeError(f"source: expected paths, records or reports, got {source!r}")
     several = list(source)
-    if all(isinstance(one, str | PathLike) for one in several):
+    paths = not isinstance(source, Mapping) and all(isinstance(one, str | PathLike) for one in several)
+    if context and not paths:
+        raise ValueError(f"{next(iter(context))}: records and reports state their own; it is for files of samples")
+    if isinstance(source, Mapping):
+        return [result_of_report(*named) for named in _reports(source)]
+    if paths:
         several = read_all([Path(one) for one in several], **context)
     elif not all(isinstance(one, Mapping) for one in several):
         raise TypeError(f"source: expected paths, or records, got {several!r:.200}")
     return [result for record in several for result in results_of_record(record)]
+
+
+def _reports(source: Mapping[Any, Any]) -> Iterator[tuple[str, str, Report]]:
+    """Yield model, action and report."""
+    for model, reports in source.items():
+        of_model = {"": reports} if isinstance(reports, Report) else reports
+        if not isinstance(model, str) or not isinstance(of_model, Mapping):
+            raise TypeError(
+                f"source: expected a report, or some by action, of each model, got {model!r}: {reports!r:.100}"
+            )
+        for action, report in of_model.items():
+            if not isinstance(action, str) or not isinstance(report, Report):
+                raise TypeError(f"source: expected reports by action, of {model!r} got {action!r}: {report!r:.100}")
+            yield model, action, report
 
 
 def _published(results: list[Result]) -> list[Result]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 from npss import _render
-from npss._standings import Standing
+from npss._bootstrap import METHOD
+from npss._standings import TEST, Standing
 
 try:
     import pandas as pd
@@ -21,16 +22,18 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
     leaderboard: a table for each action, with ranks, intervals, marks and signatures.
     """
 
+    _metadata: ClassVar = ["standings", "notes", "by", "level"]  # what pickling keeps
     standings: tuple[Standing, ...] = ()
     notes: tuple[str, ...] = ()
     by: str | None = None
+    level: float = 0.95
 
     @property
     def _constructor(self) -> type[Any]:
         return pd.DataFrame  # type: ignore[no-any-return]
 
     @classmethod
-    def of(cls, standings: Sequence[Standing], notes: Sequence[str], by: str | None = None) -> Leaderboard:
+    def of(cls, standings: Sequence[Standing], notes: Sequence[str], *, by: str | None, level: float) -> Leaderboard:
         """Lay standings out, models as rows, actions and columns as columns, in the order in which they come."""
         values: dict[tuple[str, str], dict[str, float]] = {}
         for standing in standings:
@@ -44,17 +47,21 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
         board.standings = tuple(standings)
         board.notes = tuple(notes)
         board.by = by
+        board.level = level
         return board
 
     @property
     def tidy(self) -> pd.DataFrame:
-        """A row for each number, with its interval, rank, p-value (of the difference from the best) and signature."""
+        """A row for each number: its interval, rank, p-value (of the difference from the best), signature, methods."""
         return pd.DataFrame(
             [
                 {
                     **{name: getattr(one.result, name) for name in ("model", "action", "column", "value")},
                     **{name: getattr(one, name) for name in ("low", "high", "rank", "best", "worse", "p_value")},
                     **{name: getattr(one.result, name) for name in ("source", "signature")},
+                    "level": self.level,
+                    "interval": METHOD,
+                    "test": TEST,
                 }
                 for one in self.standings
             ]

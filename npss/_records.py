@@ -12,7 +12,7 @@ from npss._checks import motion_pair, positive_number
 from npss._convention import CONVENTIONS, as_convention
 from npss._euler_error import euler_error, sequence_errors
 from npss._progress import Progress
-from npss._report import report
+from npss._report import fingerprint, report
 from npss._score import quotient, score_windows, weighted_sums
 from npss._signature import Value, parse_signature, signature, stated_of
 from npss._unwrap import unwrap
@@ -65,10 +65,12 @@ def measure(
         ``npss`` by convention, ``npss_windows`` by convention and window, ``euler_error`` by time, as far as they were
         asked for; the one ``signature`` of them all, and ``signatures``, that of each number by metric or convention.
         In ``sequences``, lists with a value for each sequence: ``npss`` by convention, ``weight`` by convention (of
-        which the score is the weighted mean), ``euler_error`` by time.
+        which the score is the weighted mean), ``euler_error`` by time, and the ground truth's ``fingerprint``.
     """
     record: Record = {}
     alone: Record = {}  # of each sequence
+    if sequences:
+        alone["fingerprint"] = fingerprint(motion_pair(gt, pred)[0]).tolist()
     stated: dict[str, Any] = {"unwrap": unwrapped, **context}
     if fps is not None:
         stated["fps"] = positive_number("fps", fps)

@@ -10,13 +10,16 @@ from typing import NamedTuple
 from npss._standings import MARK, Standing
 from npss._tables import table
 
-_CITE = (
+#: How to cite the metric.
+CITE = (
     "Cite A. Gopalakrishnan et al., A Neural Temporal Model for Human Motion Prediction, CVPR 2019, "
     "and print the signature."
 )
 _LATEX = {
     **{letter: f"\\{letter}" for letter in "&%$#_{}"},
     **{
+        "<": r"\textless{}",
+        ">": r"\textgreater{}",
         "~": r"\textasciitilde{}",
         "^": r"\textasciicircum{}",
         "\\": r"\textbackslash{}",
@@ -79,64 +82,66 @@ def to_text(
     markdown: bool = False,
 ) -> str:
     """Write the tables for a terminal (the best of a column marked ``*``) or in Markdown (in bold)."""
+    escaped = _markdown if markdown else str
 
     def cell(standing: Standing) -> str:
-        value = f"{standing.result.value:.{digits}f}"
+        value = _value(standing, digits)
         if standing.best:
             value = f"**{value}**" if markdown else f"{value}*"
         value += MARK if standing.worse else "" if markdown else " " * (not standing.best)
-        return value + _interval(standing, digits)
+        # Those of the Euler error would make a table too wide to be read as text.
+        ends = _ends(standing, digits) if standing.result.column.startswith("NPSS") else ""
+        return value + (f" ({ends})" if ends else "")
 
     parts = []
     for one in tables(standings, by):
-        rows = [
-            [one.rank(*model), _name(*model) if not markdown else _markdown(_name(*model)), *one.row(*model, cell)]
-            for model in one.models
-        ]
-        heading = f"{one.action or 'all'} (ranked by {one.by})"
+        rows = [[one.rank(*model), escaped(_name(*model)), *one.row(*model, cell)] for model in one.models]
+        heading = escaped(f"{one.action or 'all'} (ranked by {one.by})")
         parts.append(f"### {heading}" if markdown else heading)
-        align = "rl" + "r" * len(one.columns)
-        parts.append(table(["rank", "model", *map(_short, one.columns)], rows, align, markdown=markdown))
+        columns = [escaped(_short(column)) for column in one.columns]
+        align = "rl" + "r" * len(columns)
+        parts.append(table(["rank", "model", *columns], rows, align, markdown=markdown))
         parts.append("\n".join(f"`{s}`  " if markdown else f"    {s}" for s in one.signatures))
-    best = "In bold" if markdown else "*"
-    lines = [f"{best}: the best of a column.", *notes, _CITE]
-    parts.append("\n".join(f"- {line}" if markdown else line for line in lines))
+    lines = [*notes, "Intervals of the Euler error: in HTML and CSV.", CITE] if _hidden(standings) else [*notes, CITE]
+    parts.append("\n".join(f"- {escaped(line)}" if markdown else line for line in lines))
     return "\n\n".join(parts)
 
 
 def to_latex(standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int = 3) -> str:
-    """Write the tables as LaTeX, for the package booktabs: the best of a column in bold."""
+    """Write the tables as LaTeX, for the package booktabs: the best of a column in bold, intervals below."""
 
     def cell(standing: Standing) -> str:
-        value = f"{standing.result.value:.{digits}f}"
+        value = _value(standing, digits)
         value = f"\\textbf{{{value}}}" if standing.best else value
-        interval = _interval(standing, digits).strip()
-        return (
-            value
-            + (r"\textsuperscript{\dag}" if standing.worse else "")
-            + (f" {{\\scriptsize {_latex(interval)}}}" if interval else "")
-        )
+        return value + (r"\textsuperscript{\dag}" if standing.worse else "")
+
+    def below(standing: Standing) -> str:
+        ends = _latex(_ends(standing, digits))
+        return f"{{\\tiny {ends}}}" if ends else ""
 
     parts = ["% needs \\usepackage{booktabs}"]
     for one in tables(standings, by):
         lines = [
             r"\begin{table}",
-            r"\centering",
-            f"\\caption{{{_latex(one.action or 'All')}, ranked by {_latex(one.by)}: lower is better, "
+            r"\centering\footnotesize\setlength{\tabcolsep}{2pt}",
+            f"\\caption{{{_latex(one.action or 'All')}, ranked by {_latex(one.by)}: lower is better, best in bold, "
             f"{_latex(MARK)} worse than the best by more than chance}}",
             f"\\begin{{tabular}}{{rl{'r' * len(one.columns)}}}",
             r"\toprule",
             " & ".join(["rank", "model", *(_latex(_short(column)) for column in one.columns)]) + r" \\",
             r"\midrule",
         ]
-        for place, model in enumerate(one.models):
-            if model[1] and place and not one.models[place - 1][1]:
+        for place, (model, published) in enumerate(one.models):
+            if published and place and not one.models[place - 1][1]:
                 lines.append(r"\midrule")
-            cells = [one.rank(*model), _latex(_name(*model)), *one.row(*model, cell)]
-            lines.append(" & ".join(cells) + r" \\")
-        lines += [r"\bottomrule", r"\end{tabular}", r"\par\smallskip\footnotesize\raggedright"]
+            name = f"\\textit{{{_latex(model)}}}" if published else _latex(model)
+            lines.append(" & ".join([one.rank(model, published), name, *one.row(model, published, cell)]) + r" \\")
+            if any(ends := one.row(model, published, below)):
+                lines.append(" & ".join(["", "", *ends]) + r" \\")
+        lines += [r"\bottomrule", r"\end{tabular}", r"\par\smallskip\scriptsize\raggedright"]
         lines += [f"\\texttt{{{_latex(signature, breaks=True)}}}\\par" for signature in one.signatures]
-        lines += [*(_latex(line) for line in (*notes, _CITE)), r"\end{table}"]
+        italic = ["In italics: published."] if any(published for _, published in one.models) else []
+        lines += [*(_latex(line) for line in (*notes, *italic, CITE)), r"\end{table}"]
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
 
@@ -145,7 +150,7 @@ def to_html(standings: Sequence[Standing], notes: Sequence[str], *, by: str | No
     """Write the tables as a fragment of HTML, with the signatures and notes below."""
     signatures = dict.fromkeys(standing.result.signature for standing in standings)
     items = "".join(f"<li><code>{html.escape(signature)}</code></li>" for signature in signatures)
-    lines = "".join(f"<li>{html.escape(line)}</li>" for line in [*notes, _CITE])
+    lines = "".join(f"<li>{html.escape(line)}</li>" for line in [*notes, CITE])
     below = f'<ul class="signatures">{items}</ul>\n<ul class="notes">{lines}</ul>'
     return "\n".join([*html_tables(standings, by=by, digits=digits), below])
 
@@ -154,7 +159,7 @@ def html_tables(standings: Sequence[Standing], *, by: str | None = None, digits:
     """Write each table as HTML, every interval below its number."""
 
     def cell(standing: Standing) -> str:
-        value = f"{standing.result.value:.{digits}f}"
+        value = _value(standing, digits)
         value = f"<strong>{value}</strong>" if standing.best else value
         mark = f'<sup class="mark">{MARK}</sup>' if standing.worse else ""
         interval = _ends(standing, digits)
@@ -194,14 +199,20 @@ def _ends(standing: Standing, digits: int) -> str:
     return f"{standing.low:.{digits}f}–{high}"
 
 
-def _interval(standing: Standing, digits: int) -> str:
-    """Return the interval of NPSS; those of the Euler error would make a table too wide to be read as text."""
-    ends = _ends(standing, digits) if standing.result.column.startswith("NPSS") else ""
-    return f" ({ends})" if ends else ""
+def _value(standing: Standing, digits: int) -> str:
+    """Return a value rounded; a published one with no more digits than were published."""
+    rounded, published = f"{standing.result.value:.{digits}f}", str(standing.result.value)
+    return published if standing.result.source and len(published) < len(rounded) else rounded
+
+
+def _hidden(standings: Sequence[Standing]) -> bool:
+    """Say whether there are intervals of the Euler error, which text leaves out."""
+    return any(one.low is not None and not one.result.column.startswith("NPSS") for one in standings)
 
 
 def _markdown(text: str) -> str:
-    return "".join(f"\\{letter}" if letter in "\\`*_[]<>|" else letter for letter in text)
+    escaped = "".join(f"\\{letter}" if letter in "\\`*_[]<>|" else letter for letter in text)
+    return escaped.replace("&", "&amp;")
 
 
 def _latex(text: str, *, breaks: bool = False) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +13,7 @@ from npss._checks import Array, Float64, each, motion_pair, positive_number
 from npss._convention import Convention, as_convention
 from npss._kernel import blocks, tile
 from npss._score import score
-from npss._signature import Value, signature
+from npss._signature import Value, signature, stated_with
 from npss._tables import table
 
 
@@ -34,6 +33,8 @@ class Report:
         Their weights, in the squared unit of the ground truth. Read-only.
     feature_names : tuple of str
         Names of the D features.
+    fingerprint : (N,) ndarray of float64
+        Mean absolute value of every sequence of the ground truth, by which copies of it are recognised.
     """
 
     score: float
@@ -41,6 +42,7 @@ class Report:
     emd: Float64
     weight: Float64
     feature_names: tuple[str, ...]
+    fingerprint: Float64
 
     def __float__(self) -> float:
         """Return the score."""
@@ -141,7 +143,7 @@ def report(
     fps : float, optional
         Frames per second, stated in the signature.
     feature_names : sequence of str, optional
-        Names of the D features, such as ``npss.skeleton.H36M_COLUMNS``; by default ``'0'``, ``'1'``, ... Names that
+        Names of the D features, such as ``npss.skeleton.FEATURE_NAMES``; by default ``'0'``, ``'1'``, ... Names that
         are equal up to their last dot are of one joint.
     **context
         What else the signature states, as for `signature`: ``representation``, ``protocol``.
@@ -203,7 +205,14 @@ def report(
         emd=emd,
         weight=weight,
         feature_names=tuple(names),
+        fingerprint=fingerprint(truth),
     )
+
+
+def fingerprint(gt: Array) -> Float64:
+    """Return the mean absolute value of every sequence, ``(N,)``, by which copies of a ground truth are recognised."""
+    sequences = gt if gt.ndim == 3 else gt[np.newaxis]
+    return np.array([np.abs(sequence).mean(dtype=np.float64) for sequence in sequences])
 
 
 def contributions(gt: Array, pred: Array, convention: Convention) -> tuple[Float64, Float64]:
@@ -226,14 +235,6 @@ def contributions(gt: Array, pred: Array, convention: Convention) -> tuple[Float
     if not 1e-280 < total < 1e290:  # so that no sum of weighted distances leaves it, nor loses bits
         raise ValueError("gt: its power is beyond float64; scale it (a power of two keeps every bit of the score)")
     return np.where(weight > 0, emd, 0.0), weight
-
-
-def stated_with(context: dict[str, Value], **known: Value) -> dict[str, Any]:
-    """Return what a signature states: the context, and what is known without it, which it may not contradict."""
-    for name in ("metric", "version", *known):
-        if name in context:
-            raise TypeError(f"{name}: the signature states it anyway; leave it out")
-    return {**known, **context}
 
 
 def joint_of(feature: str) -> str:

@@ -164,6 +164,14 @@ def stated_of(metric: str, values: dict[str, Any]) -> dict[str, Any]:
     return stated
 
 
+def stated_with(context: dict[str, Value], **known: Value) -> dict[str, Any]:
+    """Return what a signature states: the context, and what is known without it, which it may not contradict."""
+    for name in ("metric", "version", *known):
+        if name in context:
+            raise TypeError(f"{name}: the signature states it anyway; leave it out")
+    return {**known, **context}
+
+
 def _write(name: str, value: object) -> str:
     if isinstance(value, np.generic):
         value = value.item()

@@ -6,35 +6,19 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
 from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval, checked_level
-from npss._checks import Float64
-from npss._records import Record, signature_of
-from npss._report import Report
+from npss._results import Result
 from npss._sign_flip import EXACT_UP_TO, SAMPLES, sign_flips
-from npss._signature import parse_signature
 
 #: What marks a number that is worse than the best by more than chance.
 MARK = "†"
+#: How it is told, in words that a table can print.
+TEST = "paired sign-flip test over sequences, Holm's correction over all pairs of a column"
 
-_SAME_TRUTH = 1e-3  # relative difference of the power of two copies of a ground truth, one of them rounded
-
-
-@dataclass(frozen=True, kw_only=True)
-class Result:
-    """One number of one model: a row of a tidy leaderboard."""
-
-    model: str
-    action: str
-    column: str  # such as "NPSS paper" or "Euler error 80 ms"
-    value: float
-    signature: str
-    numerator: Float64 | None = None  # (N,); what each sequence adds to the weighted mean that the value is
-    weight: Float64 | None = None  # (N,)
-    source: str = ""  # where a published number is from; empty for one's own
+_SAME_TRUTH = 1e-3  # relative difference of two copies of a ground truth, one of them rounded
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,51 +32,6 @@ class Standing:
     best: bool = False
     worse: bool = False  # than the best, by more than chance
     p_value: float | None = None  # of the difference from the best, corrected for how many models there are
-
-
-def results_of_record(record: Record) -> list[Result]:
-    """Read the numbers of a record, as `npss._records.measure` returns it, with ``model`` and ``action``."""
-    for field in ("model", "action", "signature"):
-        if not isinstance(record.get(field), str):
-            raise ValueError(f"records: expected a text {field!r} in each, got {record.get(field)!r}")
-    named: dict[str, Any] = {"model": record["model"], "action": record["action"], "source": record.get("source", "")}
-    alone = record.get("sequences", {})
-    weights = {name: np.array(weight, np.float64) for name, weight in alone.get("weight", {}).items()}
-    found = []
-    for name, value in record.get("npss", {}).items():
-        weight = weights.get(name)
-        numerator = None if weight is None else weight * np.array(alone["npss"][name])
-        which = signature_of(record, "npss", name)
-        found.append(
-            Result(column=f"NPSS {name}", value=value, signature=which, numerator=numerator, weight=weight, **named)
-        )
-    for name, windows in record.get("npss_windows", {}).items():
-        for window, value in windows.items():
-            which = signature_of(record, "npss", name, window=window)
-            found.append(Result(column=f"NPSS {name} {window} s", value=value, signature=which, **named))
-    for time, value in record.get("euler_error", {}).items():
-        errors = alone.get("euler_error", {}).get(time)
-        numerator = None if errors is None else np.array(errors, np.float64)
-        weight = None if numerator is None else np.ones_like(numerator)
-        which = signature_of(record, "euler_error")
-        column = f"Euler error {time} ms"
-        found.append(Result(column=column, value=value, signature=which, numerator=numerator, weight=weight, **named))
-    return found
-
-
-def result_of_report(model: str, action: str, report: Report) -> Result:
-    """Read the score of a report."""
-    convention = parse_signature(report.signature)["convention"]
-    name = convention if isinstance(convention, str) else report.signature.split("convention:")[1].split("|")[0]
-    return Result(
-        model=model,
-        action=action,
-        column=f"NPSS {name}",
-        value=report.score,
-        signature=report.signature,
-        numerator=(report.weight * report.emd).sum(axis=1),
-        weight=report.weight.sum(axis=1),
-    )
 
 
 def standings(results: Sequence[Result], *, level: float = 0.95, seed: int = 0) -> list[Standing]:
@@ -113,16 +52,18 @@ def standings(results: Sequence[Result], *, level: float = 0.95, seed: int = 0) 
 
 def _column(results: list[Result], level: float, seed: int) -> list[Standing]:
     first = results[0]
+    where = f"{first.action or 'all'}, {first.column}"
     for other in results[1:]:
         if other.signature != first.signature:
             raise ValueError(
-                f"{first.action}, {first.column}: {first.model!r} and {other.model!r} are different numbers, which "
-                f"cannot be ranked together: {first.signature} and {other.signature}"
+                f"{where}: {first.model!r} and {other.model!r} are different numbers, which cannot be ranked together: "
+                f"{first.signature} and {other.signature}"
             )
     ranked = [result for result in results if not result.source]
     names = [result.model for result in ranked]
     if twice := [name for name in names if names.count(name) > 1]:
-        raise ValueError(f"{first.action}, {first.column}: {twice[0]!r} is there twice")
+        raise ValueError(f"{where}: {twice[0]!r} is there twice")
+    ends = _intervals(ranked, level, seed)
     p_values = _p_values(ranked, seed)
     leader = min(ranked, key=lambda result: result.value, default=None)
 
@@ -135,15 +76,12 @@ def _column(results: list[Result], level: float, seed: int) -> list[Standing]:
 
     found = []
     for result in results:
-        low = high = None
-        if result.numerator is not None and result.weight is not None:
-            ends = bootstrap_interval(result.numerator, result.weight, level=level, seed=seed)
-            low, high = (float(end) for end in ends)
         if result.source or leader is None:
-            found.append(Standing(result=result, low=low, high=high))
+            found.append(Standing(result=result))
             continue
         better = [other for other in ranked if other.value < result.value and differ(other, result)]
         p_value = p_values.get(frozenset((result.model, leader.model)))
+        low, high = ends.get(result.model, (None, None))
         found.append(
             Standing(
                 result=result,
@@ -158,17 +96,27 @@ def _column(results: list[Result], level: float, seed: int) -> list[Standing]:
     return found
 
 
+def _intervals(results: Sequence[Result], level: float, seed: int) -> dict[str, tuple[float, float]]:
+    """Return the interval of each model of which the sequences are known; the same sequences are drawn for all."""
+    known = [result for result in results if result.numerator is not None]
+    if not known:
+        return {}
+    numerators = np.stack([np.asarray(result.numerator) for result in known])
+    weights = np.stack([np.asarray(result.weight) for result in known])
+    low, high = bootstrap_interval(numerators, weights, level=level, seed=seed)
+    return {result.model: (float(low[i]), float(high[i])) for i, result in enumerate(known)}
+
+
 def _p_values(results: Sequence[Result], seed: int) -> dict[frozenset[str], float]:
     """Return the p-value of every two results of which the sequences are known, by Holm's correction."""
     found = {}
     for one, other in combinations(results, 2):
-        if one.numerator is not None and other.numerator is not None and one.weight is not None:
-            counts = one.weight > 0
-            if counts.sum() > 1:
-                difference = (one.numerator - other.numerator)[counts]
-                found[frozenset((one.model, other.model))] = sign_flips(
-                    difference, one.weight[counts], seed=seed
-                ).p_value()
+        if one.numerator is None or other.numerator is None or one.weight is None:
+            continue
+        counts = one.weight > 0
+        difference = (one.numerator - other.numerator)[counts]
+        p_value = sign_flips(difference, one.weight[counts], seed=seed).p_value() if counts.sum() > 1 else 1.0
+        found[frozenset((one.model, other.model))] = p_value
     return dict(zip(found, holm(list(found.values())), strict=True))
 
 
@@ -190,22 +138,21 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 def _check_truths(results: Iterable[Result]) -> None:
     """Raise the ValueError that names two models which were scored on different ground truth."""
-    seen: dict[tuple[str, str], Result] = {}
+    seen: dict[str, Result] = {}
     for result in results:
-        if result.weight is None or result.numerator is None:
+        if result.fingerprint is None:
             continue
-        first = seen.setdefault((result.action, result.column), result)
-        assert first.weight is not None
-        if len(first.weight) != len(result.weight):
-            what = f"{len(first.weight)} and {len(result.weight)} sequences"
-        elif not np.allclose(first.weight, result.weight, rtol=_SAME_TRUTH, atol=_SAME_TRUTH * first.weight.mean()):
-            differing = np.abs(first.weight - result.weight)
-            what = f"sequence {int(np.argmax(differing))} differs in power"
+        first = seen.setdefault(result.action, result)
+        known = np.asarray(first.fingerprint)
+        if len(known) != len(result.fingerprint):
+            what = f"{len(known)} and {len(result.fingerprint)} sequences"
+        elif not np.allclose(known, result.fingerprint, rtol=_SAME_TRUTH, atol=0):
+            what = f"sequence {int(np.argmax(np.abs(known - result.fingerprint)))} differs"
         else:
             continue
         raise ValueError(
-            f"{result.action}: {first.model!r} and {result.model!r} were scored on different ground truth ({what}), so "
-            f"they cannot be compared"
+            f"{result.action or 'all'}: {first.model!r} and {result.model!r} were scored on different ground truth "
+            f"({what}), so they cannot be compared"
         )
 
 
@@ -213,36 +160,36 @@ def notes(found: Sequence[Standing], *, level: float = 0.95, seed: int = 0) -> l
     """Say in words how intervals, marks and ranks were made, and where chance cannot be told from difference."""
     own = [standing for standing in found if not standing.result.source]
     tested = [standing for standing in own if standing.result.weight is not None]
-    lines = ["Lower is better."]
+    sources = dict.fromkeys(standing.result.source for standing in found if standing.result.source)
+    aside = " of one's own" if sources else ""
+    lines = [f"Lower is better. In bold, or with *: the best{aside} of a column."]
     if any(standing.result.column.startswith("Euler error") for standing in found):
         lines.append("Under ms: Euler error, in radians.")
     if tested:
         lines.append(f"Intervals: {100 * level:g} %, {METHOD}, {RESAMPLES} resamples, seed {seed}.")
         lines.append(
-            f"{MARK} worse than the best by more than chance ({1 - level:.2g}; paired sign-flip test over sequences, "
-            f"exact up to {EXACT_UP_TO} of them, else {SAMPLES} draws; Holm's correction over all pairs of a column). "
-            f"Rank: 1 + the models that are better by more than chance."
+            f"{MARK} worse than the best{aside} by more than chance ({1 - level:.2g}; {TEST}; exact up to "
+            f"{EXACT_UP_TO} sequences, else {SAMPLES} draws). Rank: 1 + the models that are better by more than chance."
         )
         for action in dict.fromkeys(standing.result.action for standing in tested):
             lines += _too_few([s for s in tested if s.result.action == action], level)
     if any(standing.result.weight is None for standing in own):
         lines.append("Without intervals: numbers of which the single sequences are not known; ranked by value.")
-    if sources := dict.fromkeys(standing.result.source for standing in found if standing.result.source):
+    if sources:
         lines.append(f"Published numbers, not ranked: {'; '.join(sources)}.")
     return lines
 
 
-def _too_few(standings_: Sequence[Standing], level: float) -> list[str]:
+def _too_few(tested: Sequence[Standing], level: float) -> list[str]:
     """Say so if there are too few sequences to show any difference between so many models."""
-    first = standings_[0].result
-    assert first.weight is not None
-    models = sum(standing.result.column == first.column for standing in standings_)
+    first = tested[0].result
+    models = sum(standing.result.column == first.column for standing in tested)
     pairs = math.comb(models, 2)
-    n = int((first.weight > 0).sum())
-    smallest = 2.0 ** (1 - n)
-    if pairs and pairs * smallest > 1 - level:
-        return [
-            f"{first.action}: {n} sequences cannot show any difference between {models} models: the smallest possible "
-            f"p-value is {smallest:.2g}, and the {pairs} pairs ask for {(1 - level) / pairs:.2g}."
-        ]
-    return []
+    n = int((np.asarray(first.weight) > 0).sum())
+    smallest = 2.0 ** (1 - n) if n <= EXACT_UP_TO else 1 / (SAMPLES + 1)
+    if pairs * smallest <= 1 - level:
+        return []
+    return [
+        f"{first.action or 'all'}: {n} sequence{'s' * (n > 1)} cannot show any difference between {models} models: the "
+        f"smallest possible p-value is {smallest:.2g}, and the {pairs} pairs ask for {(1 - level) / pairs:.2g}."
+    ]

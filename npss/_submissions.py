@@ -13,10 +13,14 @@ from npss._files import Pair, read_poses
 from npss._poses import poses_to_euler
 from npss._progress import Progress
 from npss._records import Record, measure
+from npss._results import one_line
 from npss.protocol import FPS, SLICES_MS
 
 _SUFFIXES = (".h5", ".hdf5", ".npz")
 _SAME_POSE = 1e-3  # radians, or millimetres: files hold ground truth in various precision
+
+#: What pages and pictures call the ground truth, beside the names of models.
+TRUTH = "ground truth"
 
 #: By model and action: Human3.6M poses, exponential maps at 25 frames per second.
 Submissions = Mapping[str, Mapping[str, Pair]]
@@ -34,14 +38,20 @@ def read_submissions(paths: Iterable[Path]) -> dict[str, dict[str, Pair]]:
     """
     files: dict[str, Path] = {}
     for path in paths:
+        if not path.exists():
+            raise ValueError(f"{path}: no such file or folder")
         inside = [path]
+        if not path.is_dir() and path.suffix not in _SUFFIXES:
+            raise ValueError(f"{path}: expected samples ({', '.join(_SUFFIXES)})")
         if path.is_dir():
             several = sorted([*path.iterdir(), *path.glob("*/samples.*")])
             inside = [file for file in several if file.suffix in _SUFFIXES and file.is_file()]
         if not inside:
             raise ValueError(f"{path}: no samples in it ({', '.join(_SUFFIXES)})")
         for file in inside:
-            model = file.parent.name if file.stem == "samples" else file.stem
+            model = one_line(file.parent.name if file.stem == "samples" else file.stem)
+            if model == TRUTH:
+                raise ValueError(f"{file}: no model may be called {TRUTH!r}")
             if model in files:
                 raise ValueError(f"{file}: there is another file of a model {model!r}, {files[model]}")
             files[model] = file

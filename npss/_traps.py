@@ -138,14 +138,16 @@ class Constant(Trap):
 
 
 class Shift(Trap):
-    """A prediction that is the ground truth some frames earlier or later."""
+    """A prediction that is the ground truth some frames earlier or later, in all sequences or in some."""
 
     name = "shift"
-    _LAGS = (-2, -1, 0, 1, 2)
+    _LAGS = (0, -1, 1, -2, 2)
     _FEWEST = 10  # frames; in fewer, what starts well and drifts away is closer to the past by a factor of two
+    # How many times closer. One sequence may be twice as close to another's past by chance, all together hardly.
+    _ALL, _ONE = 2, 4
 
     def __init__(self) -> None:
-        self._squares = dict.fromkeys(self._LAGS, 0.0)
+        self._squares: list[Float64] = []
 
     def see(self, block: Block) -> None:
         """Add up the squared difference at each lag, over the frames that all lags have."""
@@ -153,18 +155,30 @@ class Shift(Trap):
         if n_frames < self._FEWEST:
             return
         middle = block.pred[:, 2 : n_frames - 2]
-        for lag in self._LAGS:
-            self._squares[lag] += float(np.square(middle - block.gt[:, 2 + lag : n_frames - 2 + lag]).sum())
+        lagged = [block.gt[:, 2 + lag : n_frames - 2 + lag] for lag in self._LAGS]
+        self._squares.append(np.array([np.square(middle - gt).sum(axis=(1, 2)) for gt in lagged]))
 
     def found(self) -> Iterator[Found]:
-        lag = min(self._squares, key=lambda lag: (self._squares[lag], abs(lag)))
-        now, best = self._squares[0], self._squares[lag]
-        if lag and best < now / 4:
-            frames = f"{abs(lag)} frame{'s' * (abs(lag) > 1)} {'later' if lag > 0 else 'earlier'}"
-            if best:
-                yield "pred", 1, (), f"is {math.sqrt(now / best):.3g} times closer to the ground truth {frames}"
-            else:
-                yield "pred", 1, (), f"is the ground truth {frames}"
+        if not self._squares:
+            return
+        squares = np.concatenate(self._squares, axis=1)  # (lags, N)
+        together = squares.sum(axis=1)
+        lag = int(together.argmin())
+        if together[lag] < together[0] / self._ALL**2:
+            yield "pred", squares.shape[1], (), self._message(lag, together[0], together[lag])
+            return
+        best = squares.argmin(axis=0)
+        for lag in range(1, len(self._LAGS)):
+            where = np.flatnonzero((best == lag) & (squares[lag] < squares[0] / self._ONE**2))
+            if where.size:
+                message = self._message(lag, squares[0, where].sum(), squares[lag, where].sum())
+                yield "pred", where.size, (int(where[0]),), f"{message}, in {where.size} of {best.size} sequences"
+
+    def _message(self, lag: int, now: float, best: float) -> str:
+        frames = abs(self._LAGS[lag])
+        way = f"{frames} frame{'s' * (frames > 1)} {'later' if self._LAGS[lag] > 0 else 'earlier'}"
+        closer = f"is {math.sqrt(now / best):.3g} times closer to" if best else "is"
+        return f"{closer} the ground truth {way}"
 
 
 class Degrees(Trap):

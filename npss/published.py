@@ -30,9 +30,9 @@ def records(source: str | None = None) -> list[Record]:
     Returns
     -------
     list of dict
-        A record for each model and action; for LaFAN1, whose action is ``'in-betweening'``, one for each number of
-        frames. Keys: ``model``, ``action``; as far as published, ``euler_error`` (radians, by milliseconds), ``npss``
-        (by convention) and ``npss_windows`` (by convention and window); ``signature``, ``signatures``; ``source`` (the
+        A record for each model and action; LaFAN1's actions are ``'in-betweening, 5 frames'`` and so on. Keys:
+        ``model``, ``action``; as far as published, ``euler_error`` (radians, by milliseconds), ``npss`` (by
+        convention) and ``npss_windows`` (by convention and window); ``signature``, ``signatures``; ``source`` (the
         paper and its tables) and ``published``, which is True. What was not published is absent.
 
     Raises
@@ -78,6 +78,7 @@ def _record(rows: list[dict[str, str]]) -> Record:
     scores = {row["at"]: float(row["value"]) for row in rows if row["metric"] == "npss"}
     stated: dict[str, Any] = {"fps": 25, "frames": 100, "representation": "euler", "protocol": "srnn-8"}
     if first["action"] == _LAFAN1:
+        record["action"] = f"{_LAFAN1}, {first['frames']} frames"
         stated = {"fps": 30, "frames": int(first["frames"])}
         stated |= {"representation": "global-quaternions", "protocol": "lafan1"}
     stated["unwrap"] = "off"

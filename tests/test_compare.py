@@ -377,7 +377,7 @@ def test_the_text_says_the_numbers_and_what_they_are():
     assert str(comparison).splitlines() == [
         f"{comparison.a:.4f} - {comparison.b:.4f} = {comparison.difference:.4f}, {low:.4f} to {high:.4f} (95 %), "
         f"p = {comparison.p_value:.3g}",
-        "  two-sided sign-flip test over 8 sequences, all 256 exchanges",
+        "  two-sided sign-flip test over 8 sequences, all 256 exchanges, and the differences that it does not reject",
         f"  {npss.signature(representation='euler', frames=25, fps=25)}",
     ]
     assert repr(comparison).startswith(f"Comparison(a={comparison.a!r}, b={comparison.b!r}, p_value=")

@@ -293,6 +293,18 @@ def test_shifts(lag, noise, n_frames):
     assert traps(gt[0], pred[0]) == [("shift", "pred")]
 
 
+@pytest.mark.parametrize("lag", [-2, -1, 1, 2])
+def test_shifts_of_some_sequences(lag):
+    angles = walks()
+    gt = angles[:, 20:70]
+    pred = gt + 0.3 * np.random.default_rng(0).normal(size=gt.shape)
+    pred[[1, 3]] = angles[[1, 3], 20 + lag : 70 + lag]
+    (finding,) = find(gt, pred)
+    assert (finding.trap, finding.count, finding.where) == ("shift", 2, (1,))
+    assert str(finding).startswith("pred: is the ground truth ")
+    assert str(finding).endswith(", in 2 of 4 sequences; the first is sequence 1")
+
+
 def test_what_is_not_by_a_factor_of_two_closer_is_not_shifted():
     angles = walks()
     gt, later = angles[:, 20:120], angles[:, 21:121]
@@ -329,7 +341,7 @@ def test_degrees(motion):
     assert [(one.trap, one.argument) for one in both] == [("degrees", "gt"), ("degrees", "pred")]
     assert both[0].where == (int(np.abs(gt).max(axis=(0, 1)).argmax()),)
     assert f"values up to {np.degrees(np.abs(gt).max()):.4g}, in most features beyond 4 pi" in str(both[0])
-    assert str(both[0]).endswith(f"(feature {both[0].where[0]})")
+    assert str(both[0]).endswith(f"the largest is of feature {both[0].where[0]}")
     assert [(one.trap, one.argument) for one in beside] == [("degrees", "pred"), ("degrees", "pred")]
     assert "moves 57 times as far as the other" in str(beside[1])
     assert traps(np.degrees(gt), pred) == [("degrees", "gt"), ("degrees", "gt")]
@@ -488,3 +500,13 @@ def test_the_command_line_says_it(capsys, tmp_path, motion):
         lines = capsys.readouterr().out.splitlines()
         assert lines[lines.index("Diagnosis:") + 1 :] == expected
     assert len(expected) == 2
+
+
+def test_a_flip_in_the_middle_costs_all_there_is():
+    """As docs/comparing.md says: the same rotations, and half of the frames' number."""
+    still = np.zeros((1, 100, 4))
+    still[..., :] = 0.5
+    flipped = still.copy()
+    flipped[:, 50:] *= -1
+    assert traps(still, flipped) == [("quaternion-sign", "pred")]
+    assert npss.score(still, flipped) == pytest.approx(50)

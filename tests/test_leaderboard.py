@@ -5,6 +5,7 @@ import html.parser
 import io
 import itertools
 import json
+import pickle
 import re
 
 import numpy as np
@@ -93,6 +94,11 @@ class TestFrame:
     def test_prints_as_a_frame_does(self, board):
         assert "close" in repr(board)
 
+    def test_a_pickled_one_is_written_as_before(self, board):
+        again = pickle.loads(pickle.dumps(board))
+        assert again.to_markdown() == board.to_markdown()
+        assert again.to_csv() == board.to_csv()
+
 
 class TestSources:
     def test_one_file_and_several(self, folder, board):
@@ -136,6 +142,46 @@ class TestSources:
     def test_other_things_are_refused(self, source):
         with pytest.raises(TypeError, match="source: expected paths"):
             npss.leaderboard(source)
+
+    @pytest.mark.parametrize("reports", [{"a": 5}, {"a": {"walking": 5}}, {"a": [5]}])
+    def test_reports_that_are_none(self, reports):
+        with pytest.raises(TypeError, match="source: expected"):
+            npss.leaderboard(reports)
+
+    def test_names_that_are_none(self, poses):
+        report = npss.report(poses["gt"][..., ANGLES], poses["far"][..., ANGLES])
+        for reports in ({3: report}, {"a": {3: report}}):
+            with pytest.raises(TypeError, match="source: expected"):
+                npss.leaderboard(reports)
+
+    def test_records_and_reports_state_their_own_context(self, poses):
+        report = npss.report(poses["gt"][..., ANGLES], poses["far"][..., ANGLES])
+        for source in ({"a": report}, [TestPublished().record()]):
+            with pytest.raises(ValueError, match="protocol: records and reports state their own"):
+                npss.leaderboard(source, protocol="mine")
+
+    def test_the_same_ground_truth_by_every_convention(self, poses):
+        gt = poses["gt"][..., ANGLES]
+        reports = {
+            "one": npss.report(gt, poses["close"][..., ANGLES], convention="literal"),
+            "other": npss.report(2 * gt, poses["far"][..., ANGLES], convention="literal"),
+        }
+        with pytest.raises(ValueError, match="all: 'one' and 'other' were scored on different ground truth"):
+            npss.leaderboard(reports)
+
+    @pytest.mark.parametrize("name", ["nowhere", "nowhere.h5", "nowhere.json"])
+    def test_files_that_are_not_there(self, tmp_path, name):
+        with pytest.raises((ValueError, FileNotFoundError), match=name):
+            npss.leaderboard(tmp_path / name)
+
+    def test_files_of_another_kind(self, tmp_path):
+        (tmp_path / "notes.txt").write_text("")
+        with pytest.raises(ValueError, match=r"notes\.txt: expected samples"):
+            npss.leaderboard(tmp_path / "notes.txt")
+
+    def test_no_model_is_the_ground_truth(self, tmp_path, poses):
+        with pytest.raises(ValueError, match="no model may be called 'ground truth'"):
+            npss.leaderboard(write(tmp_path / "ground truth.npz", poses["gt"], {"walking": poses["far"]}))
 
     @pytest.mark.parametrize("source", [{}, []])
     def test_nothing_is_no_leaderboard(self, source):
@@ -276,6 +322,7 @@ class TestWritten:
         for line in text.splitlines():
             if line.endswith("\\\\"):
                 assert len(re.findall(r"(?<!\\)&", line)) == 10
+        assert "\\tiny" in text
         bare = re.sub(r"\\[&%$#_{}]", "", text.replace("\\textbackslash{}", ""))
         assert bare.count("{") == bare.count("}")
         assert not re.search(r"[†–∞]|\|(?!\\allowbreak)", text)
@@ -285,8 +332,9 @@ class TestWritten:
     def test_published_rows_follow_a_rule_in_latex(self):
         board = npss.leaderboard([TestPublished().record()], published=True)
         lines = board.to_latex().splitlines()
-        first = next(i for i, line in enumerate(lines) if "(published)" in line)
+        first = next(i for i, line in enumerate(lines) if "\\textit{" in line)
         assert lines[first - 1] == "\\midrule"
+        assert "In italics: published." in lines
         assert '<tr class="published">' in board.to_html()
 
     def test_html_holds_the_same_numbers_and_escapes_names(self, board):
@@ -300,6 +348,23 @@ class TestWritten:
         assert by_model["close"][2].startswith(f"{board.loc['close', ('walking', 'NPSS paper')]:.3f}")
         assert "half & half" not in board.to_html()
         assert "half &amp; half" in board.to_html()
+
+    def test_published_numbers_have_no_more_digits_than_were_published(self):
+        board = npss.leaderboard([TestPublished().record()], published=True)
+        row = next(line for line in board.to_text(digits=5).splitlines() if "VGRU-d (published)" in line)
+        assert row.split()[-1] == "0.887"
+
+    def test_names_cannot_break_a_table(self):
+        hostile = {**TestPublished().record(), "model": "a|b\n<script>&_$x$", "action": "walk|\n\n_<b>&"}
+        board = npss.leaderboard([hostile, {**hostile, "model": "other"}])
+        rows = [line for line in board.to_markdown().splitlines() if line.startswith("|")]
+        assert len(rows) == 4
+        assert len({row.replace("\\|", "").count("|") for row in rows}) == 1
+        assert "<" not in board.to_markdown().replace("\\<", "")
+        assert "### walk\\| \\_\\<b\\>&amp;" in board.to_markdown()
+        assert "a\\textbar{}b \\textless{}script\\textgreater{}\\&\\_\\$x\\$" in board.to_latex()
+        assert "\n\n" not in board.to_latex().replace("\n\n\\begin", "")
+        assert "<script>" not in board.to_html()
 
     def test_csv_is_unrounded(self, board, tmp_path):
         rows = list(csv.DictReader(io.StringIO(board.to_csv())))

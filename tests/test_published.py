@@ -114,11 +114,12 @@ def test_windows_and_whole_belong_together(h36m):
 
 
 def test_lafan1():
-    records = [record for record in published.records() if record["action"] == "in-betweening"]
+    records = [record for record in published.records() if record["action"].startswith("in-betweening, ")]
     rows = {}
     for record in records:
         stated = npss.parse_signature(record["signature"])
         assert (stated["representation"], stated["fps"]) == ("global-quaternions", 30)
+        assert record["action"] == f"in-betweening, {stated['frames']} frames"
         assert "euler_error" not in record
         rows.setdefault((record["model"], record["source"]), {})[stated["frames"]] = record["npss"]["released"]
     assert rows == {
@@ -163,3 +164,10 @@ def test_by_source():
         published.records("NPSS")
     with pytest.raises(TypeError, match="source: expected one of"):
         published.records(4)
+
+
+def test_they_are_a_leaderboard_of_their_own():
+    board = npss.leaderboard(published.records())
+    assert board.tidy["rank"].isna().all()
+    assert board.loc["VGRU-d (published)", ("eating", "NPSS released")] == 0.846
+    assert board.loc["interpolation (published)", ("in-betweening, 30 frames", "NPSS released")] == 0.2013

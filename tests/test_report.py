@@ -352,7 +352,8 @@ def test_records_of_sequences_agree_with_each_alone():
     gt[2] *= 1e-3  # less, and not nothing
     record = measure(gt, pred, fps=25, at_ms=(80, 400, 1000), frames=25, sequences=True)
     alone = record["sequences"]
-    assert set(alone) == {"npss", "weight", "euler_error"}
+    assert set(alone) == {"npss", "weight", "euler_error", "fingerprint"}
+    close(alone["fingerprint"], [np.abs(one).mean() for one in gt])
     for name in npss.CONVENTIONS:
         close(alone["npss"][name], [npss.score(*one, convention=name) for one in zip(gt, pred, strict=True)])
         close(np.average(alone["npss"][name], weights=alone["weight"][name]), record["npss"][name])
@@ -370,7 +371,8 @@ def test_records_of_sequences_are_json():
     gt, pred = motions(n=3)
     gt[1] = 0
     alone = measure(gt, pred, conventions=("paper",), frames=20, sequences=True)["sequences"]
-    assert alone.keys() == {"npss", "weight"}
+    assert alone.keys() == {"npss", "weight", "fingerprint"}
+    assert alone.pop("fingerprint")[1] == 0.0
     assert alone["npss"]["paper"][1] == alone["weight"]["paper"][1] == 0.0  # JSON has no NaN
     assert all(type(value) is float for values in alone.values() for value in values["paper"])
 

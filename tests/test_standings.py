@@ -9,18 +9,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import npss
-from npss._records import measure
-from npss._standings import Result, holm, notes, result_of_report, results_of_record, standings
+from npss._results import Result, result_of_report
+from npss._standings import holm, notes, standings
 
 
-def result(model, parts, *, weight=1.0, action="walking", column="NPSS paper", source="", signature="npss|version:1"):
+def result(
+    model,
+    parts,
+    *,
+    weight=1.0,
+    action="walking",
+    column="NPSS paper",
+    source="",
+    signature="npss|version:1",
+    fingerprint=None,
+):
     """A result of which the sequences add `parts`; a number alone has no known sequences."""
     named = {"model": model, "action": action, "column": column, "source": source, "signature": signature}
     if isinstance(parts, float):
         return Result(value=parts, **named)
     numerator = np.array(parts, float)
     weights = np.broadcast_to(weight, numerator.shape).astype(float)
-    return Result(value=numerator.sum() / weights.sum(), numerator=numerator, weight=weights, **named)
+    value = numerator.sum() / weights.sum()
+    return Result(value=value, numerator=numerator, weight=weights, fingerprint=fingerprint, **named)
 
 
 def by_model(found):
@@ -127,34 +138,6 @@ def test_a_convention_of_ones_own_has_a_column_of_its_own():
     assert column == "NPSS power=magnitude,bins=two-sided,distance=cdf,weight=uniform,zero=dc"
 
 
-def test_records_have_the_intervals_of_reports():
-    rng = np.random.default_rng(6)
-    gt = rng.normal(size=(6, 50, 3)).cumsum(axis=1)
-    pred = gt + rng.normal(size=gt.shape)
-    record = measure(gt, pred, fps=25, at_ms=(80, 400), edges_s=(0, 1, 2), sequences=True, frames=50)
-    results = results_of_record({"model": "m", "action": "a", **record})
-    assert [one.column for one in results] == [
-        *("NPSS paper", "NPSS released", "NPSS literal"),
-        *(f"NPSS {name} {window} s" for name in npss.CONVENTIONS for window in ("0-1", "1-2")),
-        *("Euler error 80 ms", "Euler error 400 ms"),
-    ]
-    found = {one.result.column: one for one in standings(results)}
-    for name in npss.CONVENTIONS:
-        expected = npss.report(gt, pred, convention=name).interval()
-        assert (found[f"NPSS {name}"].low, found[f"NPSS {name}"].high) == pytest.approx(expected, rel=1e-9)
-        assert found[f"NPSS {name} 0-1 s"].low is None
-    euler = found["Euler error 400 ms"]
-    assert euler.result.numerator.mean() == pytest.approx(euler.result.value)
-    assert euler.low < euler.result.value < euler.high
-
-
-@pytest.mark.parametrize("field", ["model", "action", "signature"])
-def test_records_that_are_none(field):
-    record = {"model": "m", "action": "a", "signature": "npss|version:1", field: None}
-    with pytest.raises(ValueError, match=f"records: expected a text '{field}' in each, got None"):
-        results_of_record(record)
-
-
 def test_numbers_of_different_meaning_are_not_ranked_together():
     one = result("a", 1.0, signature=npss.signature("paper", frames=100))
     other = result("b", 2.0, signature=npss.signature("paper", frames=50))
@@ -168,14 +151,17 @@ def test_a_model_is_there_once():
         standings([result("a", 1.0), result("a", 2.0)])
 
 
-def test_models_are_compared_on_the_same_ground_truth_only():
-    one = result("a", [1, 2, 3, 4], weight=[1, 2, 3, 4])
+@pytest.mark.parametrize("column", ["NPSS paper", "NPSS literal", "Euler error 80 ms"])
+def test_models_are_compared_on_the_same_ground_truth_only(column):
+    def scored(model, truth):
+        return result(model, np.arange(len(truth)), column=column, fingerprint=np.array(truth, float))
+
+    one = scored("a", [1, 2, 3, 4])
     with pytest.raises(ValueError, match=r"'a' and 'b' were scored on different ground truth \(4 and 3 sequences\)"):
-        standings([one, result("b", [1, 2, 3], weight=[1, 2, 3])])
-    with pytest.raises(ValueError, match=r"walking: 'a' and 'b' .* \(sequence 2 differs in power\)"):
-        standings([one, result("b", [1, 2, 3, 4], weight=[1, 2, 3.5, 4])])
-    rounded = np.array([1, 2, 3, 4]) * (1 + 1e-6)
-    assert len(standings([one, result("b", [1, 2, 3, 4], weight=rounded)])) == 2
+        standings([one, scored("b", [1, 2, 3])])
+    with pytest.raises(ValueError, match=r"walking: 'a' and 'b' .* \(sequence 2 differs\)"):
+        standings([one, scored("b", [1, 2, 3.5, 4])])
+    assert len(standings([one, scored("b", [1 + 1e-6, 2, 3, 4])])) == 2
 
 
 def test_sequences_without_power_do_not_count():
@@ -184,7 +170,17 @@ def test_sequences_without_power_do_not_count():
     found = by_model(standings([result("a", parts, weight=weight), result("b", parts + weight, weight=weight)]))
     assert found["b"].p_value == 2 / 2**8
     lonely = standings([result("a", [1.0, 0], weight=[1, 0]), result("b", [2.0, 0], weight=[1, 0])])
-    assert [one.p_value for one in lonely] == [None, None]  # one sequence pairs nothing
+    assert [one.rank for one in lonely] == [1, 1]  # one sequence says nothing of chance
+    assert [one.p_value for one in lonely] == [None, 1.0]
+    (said,) = (line for line in notes(lonely) if "cannot show" in line)
+    assert "1 sequence cannot show any difference between 2 models" in said
+
+
+def test_so_many_models_that_draws_cannot_tell_them_apart():
+    rng = np.random.default_rng(7)
+    found = standings([result(f"m{k:02}", rng.normal(5 + k, 0.01, 20)) for k in range(33)])
+    assert {one.rank for one in found} == {1}  # 528 pairs, and no p-value below 1 / 10000
+    assert any("cannot show any difference between 33 models" in line for line in notes(found))
 
 
 @pytest.mark.parametrize("level", [0, 1, -1, math.nan])

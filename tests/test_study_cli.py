@@ -263,9 +263,9 @@ class TestErrors:
             assert message in err
             assert err.count("\n") == 1
         path.write_text("{")
-        assert "records.json: not a JSON file" in call(small, "--scores", path)[2]
+        assert "records.json: not JSON" in call(small, "--scores", path)[2]
         path.write_bytes(b"\xff")
-        assert "records.json: not a JSON file" in call(small, "--scores", path)[2]
+        assert "records.json: not JSON" in call(small, "--scores", path)[2]
         assert "No such file" in call(small, "--scores", tmp_path / "none.json")[2]
 
     def test_of_votes(self, call, small):

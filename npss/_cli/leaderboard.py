@@ -32,9 +32,19 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "paths", nargs="+", type=Path, metavar="PATH", help="a folder, .h5 or .npz samples, .json records"
     )
-    parser.add_argument("--protocol", help="which test windows the samples are of, to be stated in the signature")
+    add_protocol(parser)
     add_options(parser)
     parser.set_defaults(run=run)
+
+
+def add_protocol(parser: argparse.ArgumentParser) -> None:
+    """Add the option that says what files of samples do not say."""
+    parser.add_argument("--protocol", help="which test windows the samples are of, to be stated in the signature")
+
+
+def context_of(options: argparse.Namespace) -> dict[str, str]:
+    """Return what the signatures of files of samples state besides."""
+    return {"protocol": options.protocol} if options.protocol else {}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -49,14 +59,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Print the leaderboard."""
-    context = {"protocol": options.protocol} if options.protocol else {}
-    show(options.paths, options, **context)
+    show(board_of(options.paths, options, **context_of(options)), options)
 
 
-def show(source: Any, options: argparse.Namespace, **context: Any) -> Leaderboard:
-    """Print the leaderboard of whatever it can be made of, and return it."""
+def board_of(source: Any, options: argparse.Namespace, **context: Any) -> Leaderboard:
+    """Return the leaderboard of whatever it can be made of."""
     from npss._leaderboard import leaderboard  # here, since few commands need it
 
-    board = leaderboard(source, published=options.published, by=options.by, level=options.level, **context)
+    return leaderboard(source, published=options.published, by=options.by, level=options.level, **context)
+
+
+def show(board: Leaderboard, options: argparse.Namespace) -> None:
+    """Print a leaderboard."""
     print(getattr(board, f"to_{options.format}")())
-    return board

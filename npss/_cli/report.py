@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from npss._checks import Array
-from npss._cli.leaderboard import add_options, show
+from npss._cli.leaderboard import add_options, add_protocol, board_of, context_of, show
 from npss._diagnose import diagnose
 from npss._files import Pair
 from npss._pages.report import Figure, report_page
@@ -17,7 +17,8 @@ from npss._poses import poses_to_euler
 from npss._progress import Progress
 from npss._render import html_tables, tables
 from npss._report import Report, report
-from npss._submissions import Submissions, read_submissions, records_of
+from npss._signature import parse_signature
+from npss._submissions import TRUTH, Submissions, read_submissions, records_of
 from npss.protocol import FPS
 from npss.skeleton import FEATURE_NAMES, H36M, poses_to_positions
 
@@ -40,16 +41,24 @@ def add_parser(commands: Any) -> None:
         "paths", nargs="+", type=Path, metavar="PATH", help="a folder of .h5 or .npz samples, or such files"
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="the page to write")
-    parser.add_argument("--protocol", help="which test windows the samples are of, to be stated in the signature")
+    add_protocol(parser)
     add_options(parser)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Print the leaderboard, and write the page."""
+    """Write the page, and print the leaderboard."""
+    check_folder(options.output)
     submissions = read_submissions(options.paths)
-    context = {"protocol": options.protocol} if options.protocol else {}
-    write(options.output, submissions, show(records_of(submissions, **context), options))
+    board = board_of(records_of(submissions, **context_of(options)), options)
+    write(options.output, submissions, board)
+    show(board, options)
+
+
+def check_folder(path: Path) -> None:
+    """Raise the ValueError that a page cannot be written there, before the work of making it."""
+    if not path.absolute().parent.is_dir():
+        raise ValueError(f"{path}: there is no folder {path.parent}")
 
 
 def write(path: Path, submissions: Submissions, board: Leaderboard) -> None:
@@ -80,54 +89,48 @@ class _Action:
 
     def __init__(self, action: str, pairs: Mapping[str, Pair], board: Leaderboard) -> None:
         self.action = action
-        self._poses = {"ground truth": next(iter(pairs.values())).gt, **{m: pair.pred for m, pair in pairs.items()}}
-        self._gt = poses_to_euler(self._poses["ground truth"])
+        truth = next(iter(pairs.values())).gt
+        self._gt = poses_to_euler(truth)
         self._preds = {model: poses_to_euler(pair.pred) for model, pair in pairs.items()}
         (table,) = (table for table in tables(board.standings, board.by) if table.action == action)
         self._best = table.models[0][0]
+        scored = next(column for column in (table.by, *table.columns) if column.startswith("NPSS"))
+        meaning = parse_signature(table.cells[self._best, False, scored].result.signature)
+        self._convention = meaning["convention"]
+        self._context = {name: meaning[name] for name in ("representation", "protocol", "unwrap") if name in meaning}
         self.findings = [(f"{action}, {label}", lines) for label, lines in self._diagnose() if lines]
-        self.clips = {label: poses_to_positions(poses[:_SHOWN]) for label, poses in self._poses.items()}
+        motions = {TRUTH: truth, **{model: pair.pred for model, pair in pairs.items()}}
+        self.clips = {label: poses_to_positions(poses[:_SHOWN]) for label, poses in motions.items()}
         self.figures = list(self._draw())
 
     def _diagnose(self) -> Iterator[tuple[str, list[str]]]:
         """Yield what is to be said of the ground truth, once, and of each prediction."""
         found = {model: diagnose(self._gt, pred) for model, pred in self._preds.items()}
         truth = dict.fromkeys(str(one) for several in found.values() for one in several if one.argument == "gt")
-        yield "ground truth", list(truth)
+        yield TRUTH, list(truth)
         for model, several in found.items():
             yield model, [str(one) for one in several if one.argument == "pred"]
 
     def _draw(self) -> Iterator[Figure]:
         from npss import plot  # here, since matplotlib takes its time
 
-        times = [time for time in _STRIP_MS if time * FPS <= 1000 * self._gt.shape[1]]
-        strip = plot.film_strip(
-            {label: positions[0] for label, positions in self.clips.items()}, fps=FPS, at_ms=times, skeleton=H36M
-        )
-        yield self._figure(
-            "the first sequence", strip, "Ground truth and predictions at the times of the NPSS paper's figure 2."
-        )
-        errors = plot.errors(self._gt, self._preds, fps=FPS)
-        yield self._figure(
-            "Euler error over time", errors, "With pointwise 95 % intervals, by the bootstrap over sequences."
-        )
-        taken_apart = report(
-            self._gt, self._preds[self._best], fps=FPS, feature_names=FEATURE_NAMES, representation="euler"
-        )
+        if times := [time for time in _STRIP_MS if time * FPS <= 1000 * self._gt.shape[1]]:
+            first = {label: positions[0] for label, positions in self.clips.items()}
+            strip = plot.film_strip(first, fps=FPS, at_ms=times, skeleton=H36M)
+            yield self._figure("the first sequence", strip, "At the times of figure 2 of the NPSS paper.")
+        errors = plot.errors(self._gt, self._preds, fps=FPS, **self._context)
+        yield self._figure("Euler error over time", errors, "With pointwise intervals over sequences.")
+        stated: dict[str, Any] = {"fps": FPS, "convention": self._convention, "feature_names": FEATURE_NAMES}
+        taken_apart = report(self._gt, self._preds[self._best], **stated, **self._context)
+        if taken_apart.score == 0:
+            return  # of which nothing has a share
         shares = plot.contributions(taken_apart)
         yield self._figure(f"where the score of {self._best} comes from", shares, "Shares of joints and sequences.")
         sequence, feature = _largest(taken_apart)
-        spectra = plot.spectra(
-            *(self._gt, self._preds[self._best]),
-            fps=FPS,
-            sequence=sequence,
-            feature=feature,
-            names=("ground truth", self._best),
-            feature_names=FEATURE_NAMES,
-        )
-        yield self._figure(
-            f"the spectra behind it, {self._best}", spectra, "Of the feature and sequence that cost most."
-        )
+        stated |= {"sequence": sequence, "feature": feature, "names": (TRUTH, self._best)}
+        spectra = plot.spectra(self._gt, self._preds[self._best], **stated, **self._context)
+        caption = "Of the feature and sequence that cost most."
+        yield self._figure(f"the spectra behind it, {self._best}", spectra, caption)
 
     def _figure(self, title: str, figure: Any, caption: str) -> Figure:
         svg = io.StringIO()

@@ -10,6 +10,7 @@ from typing import Any
 from npss import published
 from npss._convention import CONVENTIONS
 from npss._records import Record
+from npss._submissions import read_records
 from npss._tables import table
 from npss.study import read_votes
 from npss.study._input import ALTERNATIVES
@@ -108,12 +109,7 @@ def _print_votes(options: argparse.Namespace) -> None:
 
 def _read_records(path: Path) -> list[Record]:
     """Read a file of records; what it must hold of them is seen when they are used."""
-    try:
-        records = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:  # of the text's encoding, or of JSON
-        raise ValueError(f"{path}: not a JSON file ({error})") from error
-    if not isinstance(records, list) or not all(isinstance(record, dict) for record in records):
-        raise ValueError(f"{path}: expected a list of records")
+    records = read_records(path)
     for index, record in enumerate(records):
         for name in ("model", "action"):
             if not isinstance(record.get(name), str):
@@ -121,6 +117,8 @@ def _read_records(path: Path) -> list[Record]:
         for name in ("npss", "euler_error", "signatures"):
             if not isinstance(record.get(name, {}), dict):
                 raise ValueError(f"{path}: record {index}: {name} is no object")
+        if not all(isinstance(signature, str) for signature in record.get("signatures", {}).values()):
+            raise ValueError(f"{path}: record {index}: its signatures are no texts")
     return records
 
 

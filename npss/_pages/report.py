@@ -10,12 +10,8 @@ from typing import NamedTuple
 import numpy.typing as npt
 
 from npss._pages._html import figure, pack, page, positions_array
+from npss._render import CITE
 from npss.skeleton import Skeleton
-
-_CITE = (
-    "A. Gopalakrishnan, A. Mali, D. Kifer, C. L. Giles, A. G. Ororbia: A Neural Temporal Model for Human Motion "
-    "Prediction. IEEE/CVF Conference on Computer Vision and Pattern Recognition (CVPR), 2019."
-)
 
 
 class Figure(NamedTuple):
@@ -45,8 +41,8 @@ def report_page(
     title : str
         The headline.
     boards : sequence of str
-        Tables as HTML that is trusted, ``<table class="board">``. The first column keeps in sight; a cell of class
-        ``text`` is aligned to the left, ``best`` bold, ``mark`` a small raised mark, a row ``published`` muted.
+        Tables as HTML that is trusted, ``<table class="board">``. The first column keeps in sight; in a cell, a small
+        ``mark`` is raised; a row ``published`` is muted.
     notes : sequence of str, optional
         What is to be known about the tables.
     signatures : sequence of str
@@ -85,7 +81,7 @@ def report_page(
         ("diagnosis", "Diagnosis", "".join(_finding(heading, lines) for heading, lines in findings)),
         ("pictures", "Pictures", f'<div class="gallery">{"".join(map(_picture, figures))}</div>' if figures else ""),
         ("signatures", "Signatures", _SIGNATURES + "".join(map(_signature, signatures)) if signatures else ""),
-        ("cite", "How to cite", f"<p>{escape(_CITE)}</p><p>Print the signature beside every score.</p>"),
+        ("cite", "How to cite", f"<p>{escape(CITE)}</p>"),
     ]
     there = [section for section in sections if section[2]]
     links = "".join(f'<li><a href="#{name}">{heading}</a></li>' for name, heading, _ in there)

@@ -8,7 +8,7 @@ import numpy as np
 
 from npss._checks import Float64
 from npss._report import joint_of
-from npss.plot._style import COLOURS, GREY, SMALL, TINY, footnote, new_figure, tidy
+from npss.plot._style import COLOURS, GREY, SMALL, TINY, footnote, label, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,7 +70,7 @@ def contributions(report: Report) -> Figure:
     corner = figure.add_subplot(grid[0, 1])
 
     _draw_cells(heat, corner, shares)
-    heat.set_yticks(range(n_joints), ranked)
+    heat.set_yticks(range(n_joints), [label(joint) for joint in ranked])
     bars = by_joint.barh(range(n_joints), shares.sum(axis=1), color=COLOURS[0])
     by_joint.bar_label(bars, _percents(shares.sum(axis=1)), fontsize=TINY, padding=2)
     by_joint.set_xlim(0, 1.35 * shares.sum(axis=1).max())

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval
 from npss._checks import positive_number
 from npss._euler_error import sequence_errors
-from npss._signature import signature
-from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TINY, footnote, new_figure, tidy
+from npss._signature import Value, signature, stated_with
+from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TINY, footnote, label, new_figure, tidy
 from npss.protocol import SLICES_MS
 
 if TYPE_CHECKING:
@@ -20,7 +20,13 @@ if TYPE_CHECKING:
 
 
 def errors(
-    gt: npt.ArrayLike, preds: Mapping[str, npt.ArrayLike], *, fps: float, level: float = 0.95, seed: int = 0
+    gt: npt.ArrayLike,
+    preds: Mapping[str, npt.ArrayLike],
+    *,
+    fps: float,
+    level: float = 0.95,
+    seed: int = 0,
+    **context: Value,
 ) -> Figure:
     """Draw the Euler error of models over time, each with a pointwise confidence band.
 
@@ -40,6 +46,8 @@ def errors(
         Of the confidence bands.
     seed : int, optional
         Of the generator that resamples.
+    **context
+        What else the signature states, as for `npss.signature`.
 
     Returns
     -------
@@ -85,7 +93,7 @@ def errors(
     told = True
     for i, (name, curve) in enumerate(curves.items()):
         colour, dash = COLOURS[i % len(COLOURS)], DASHES[i % len(DASHES)]
-        axes.plot(times, curve.mean(axis=0), color=colour, linestyle=dash, linewidth=1.5, label=name)
+        axes.plot(times, curve.mean(axis=0), color=colour, linestyle=dash, linewidth=1.5, label=label(name))
         low, high = bootstrap_interval(curve.T, np.ones_like(curve.T), level=level, seed=seed)
         if np.isfinite(high).all():
             axes.fill_between(times, low, high, color=colour, alpha=0.15, linewidth=0)
@@ -109,6 +117,7 @@ def errors(
         stated += f"bands: {100 * level:.4g} %, pointwise, {METHOD}, {RESAMPLES} resamples, seed {seed}"
     else:
         stated += "no band where the sequences are too few to tell"
-    meaning = signature(None, metric="euler_error", frames=n_frames, fps=rate, columns="gt", average="at")
+    known: dict[str, Value] = {"frames": n_frames, "fps": rate, "columns": "gt", "average": "at"}
+    meaning = signature(None, metric="euler_error", **stated_with(context, **known))
     footnote(figure, stated, meaning)
     return figure

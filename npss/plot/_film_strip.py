@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from npss._checks import Array, check_finite, each, is_real, one_of, positive_number, real_array
 from npss._frames import whole_frames
-from npss.plot._style import COLOURS, GREY, SMALL, TRUTH, footnote, new_figure
+from npss.plot._style import COLOURS, GREY, SMALL, TRUTH, footnote, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -101,7 +101,7 @@ def film_strip(
     bones = np.array(skeleton.bones)  # (bones, 2)
     colours = np.array([_COLOUR[skeleton.sides[child]] for child, _ in bones])
     for row, name in enumerate(motions):
-        cells[row, 0].set_ylabel(name, fontsize=SMALL)
+        cells[row, 0].set_ylabel(label(name), fontsize=SMALL)
         for column, time in enumerate(times):
             place = np.stack([across[row, column], upwards[row, column]], axis=-1)  # (J, 2)
             near_last = np.argsort(depth[row, column][bones].mean(axis=1), kind="stable")

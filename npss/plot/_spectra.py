@@ -12,8 +12,8 @@ from npss._checks import Float64, check_finite, each, is_integer, motion_pair, p
 from npss._convention import Convention, as_convention
 from npss._power import PowerSpectrum
 from npss._score import score
-from npss._signature import signature
-from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TRUTH, footnote, new_figure, tidy
+from npss._signature import Value, signature, stated_with
+from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TRUTH, footnote, label, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,6 +32,7 @@ def spectra(
     convention: str | Convention = "paper",
     names: Sequence[str] = ("ground truth", "prediction"),
     feature_names: Sequence[str] | None = None,
+    **context: Value,
 ) -> Figure:
     """Draw the normalised power spectra of one feature of one sequence, and the area that is their distance.
 
@@ -54,6 +55,8 @@ def spectra(
         What to call the ground truth and the prediction.
     feature_names : sequence of str, optional
         Names of the D features, such as ``npss.skeleton.FEATURE_NAMES``.
+    **context
+        What else the signature states, as for `npss.signature`.
 
     Returns
     -------
@@ -93,7 +96,7 @@ def spectra(
         raise ValueError("gt: one frame; a power spectrum needs at least two")
     i = _index("sequence", sequence, len(truth) if truth.ndim == 3 else 1)
     d = _index("feature", feature, n_features)
-    labels = each("names", names, "two names")
+    labels = [label(name) for name in each("names", names, "two names")]
     if len(labels) != 2:
         raise ValueError(f"names: expected two, for ground truth and prediction, got {len(labels)}")
     what = f"feature {d}" if feature_names is None else _names(feature_names, n_features)[d]
@@ -126,8 +129,8 @@ def spectra(
     _draw_power(above, first, second, labels, width, n_bins)
     kind = "squared real part" if chosen.power == "real" else "squared magnitude"
     above.set_ylabel(f"share of the power\n({kind})", fontsize=SMALL)
-    above.set_title(f"{what}, sequence {i}", loc="left", fontsize=10)
-    footnote(figure, signature(chosen, frames=n_frames, fps=rate))
+    above.set_title(f"{label(what)}, sequence {i}", loc="left", fontsize=10)
+    footnote(figure, signature(chosen, **stated_with(context, frames=n_frames, fps=rate)))
     return figure
 
 
@@ -170,7 +173,7 @@ def _draw_power(axes: Axes, first: Float64, second: Float64, labels: Sequence[st
     """Draw the bins from DC to the highest frequency; those of the negative frequencies are the same."""
     frequencies = np.arange(n_bins) * width
     axes.set_yscale("log")
-    for power, label, colour, dash in zip((first, second), labels, (TRUTH, COLOURS[1]), DASHES, strict=False):
+    for power, name, colour, dash in zip((first, second), labels, (TRUTH, COLOURS[1]), DASHES, strict=False):
         axes.plot(
             frequencies,
             power[:n_bins],
@@ -179,7 +182,7 @@ def _draw_power(axes: Axes, first: Float64, second: Float64, labels: Sequence[st
             linewidth=1.2,
             marker="o",
             markersize=2.5,
-            label=f"{label} (DC {100 * power[0]:.4g} %)",
+            label=f"{name} (DC {100 * power[0]:.4g} %)",
         )
     lowest = min(power[power > _FLOOR].min(initial=1.0) for power in (first, second))
     axes.set_ylim(lowest / 2, 2)

@@ -18,6 +18,7 @@ TRUTH = "#000000"
 GREY = "#767676"
 SMALL = 8  # points
 TINY = 7
+_LONGEST = 40  # letters of a name; a longer one would push the axes off the figure
 _LETTER = 0.56  # width of one, on average, in units of the size of the font
 
 
@@ -36,10 +37,17 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), dpi=150, layout="constrained")
 
 
+def label(name: str) -> str:
+    """Return a name as matplotlib prints it as it is: not as a formula, and not hidden for its first letter."""
+    short = name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
+    escaped = short.replace("$", r"\$")
+    return f"\N{ZERO WIDTH SPACE}{escaped}" if escaped.startswith("_") else escaped
+
+
 def footnote(figure: Figure, *lines: str) -> None:
     """Write below the axes what their numbers are, in as many lines as it takes."""
     n_letters = int(figure.get_figwidth() * 72 / (_LETTER * TINY))
-    text = "\n".join(_broken(line, n_letters) for line in lines)
+    text = "\n".join(_broken(line, n_letters) for line in lines).replace("$", r"\$")
     figure.supxlabel(text, x=0.01, ha="left", fontsize=TINY, color=GREY)
 
 

@@ -148,4 +148,10 @@ def score_of(record: Mapping[str, Any], metric: str) -> float | None:
     for part in parts:
         if not is_real(part):
             raise TypeError(f"records: expected numbers as {metric} of {record['model']!r}, got {part!r}")
-    return math.fsum(parts)
+    try:
+        total = math.fsum(parts)
+    except OverflowError:
+        total = math.inf
+    if not math.isfinite(total):
+        raise ValueError(f"records: expected finite numbers as {metric} of {record['model']!r}, got {parts!r:.100}")
+    return total

@@ -1,0 +1,141 @@
+"""Numbers of models, read from records and reports: what leaderboards rank. Nothing is taken on trust."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from npss._checks import Float64, is_real
+from npss._convention import as_convention
+from npss._records import Record, signature_of
+from npss._report import Report
+from npss._signature import parse_signature
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """One number of one model: a row of a tidy leaderboard."""
+
+    model: str
+    action: str
+    column: str  # such as "NPSS paper" or "Euler error 80 ms"
+    value: float
+    signature: str
+    numerator: Float64 | None = None  # (N,); what each sequence adds to the weighted mean that the value is
+    weight: Float64 | None = None  # (N,)
+    fingerprint: Float64 | None = None  # (N,); of the ground truth
+    source: str = ""  # where a published number is from; empty for one's own
+
+
+def results_of_record(record: Record) -> list[Result]:
+    """Read the numbers of a record, as `npss._records.measure` returns it, with ``model`` and ``action``.
+
+    Raises
+    ------
+    ValueError
+        If a field is missing or not what it should be, a number is negative or not finite, or the single sequences
+        do not have the score as their weighted mean: names the model, the action and the field.
+    """
+    for field in ("model", "action", "signature"):
+        if not isinstance(record.get(field), str):
+            raise ValueError(f"records: expected a text {field!r} in each, got {record.get(field)!r:.100}")
+    try:
+        return list(_results(record))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"records: {record['model']!r} on {record['action']!r}: {error}") from error
+
+
+def _results(record: Record) -> Iterator[Result]:
+    source = record.get("source", "")
+    if not isinstance(source, str):
+        raise ValueError(f"source: expected text, got {source!r:.100}")
+    named: dict[str, Any] = {"model": one_line(record["model"]), "action": one_line(record["action"]), "source": source}
+    parse_signature(record["signature"])
+    alone = _object("sequences", record.get("sequences", {}))
+    scores, weights = (_object(f"sequences: {name}", alone.get(name, {})) for name in ("npss", "weight"))
+    errors = _object("sequences: euler_error", alone.get("euler_error", {}))
+    fingerprint = _list("sequences: fingerprint", alone["fingerprint"]) if "fingerprint" in alone else None
+
+    def result(
+        field: str, column: str, value: object, which: str, score: object = None, weight: object = None
+    ) -> Result:
+        number = _number(field, value)
+        parts: dict[str, Any] = {} if score is None else _parts(field, number, score, weight, fingerprint)
+        return Result(**named, **parts, column=column, value=number, signature=which)
+
+    for name, value in _object("npss", record.get("npss", {})).items():
+        as_convention(name)
+        which = signature_of(record, "npss", name)
+        yield result(f"npss: {name}", f"NPSS {name}", value, which, scores.get(name), weights.get(name))
+    for name, windows in _object("npss_windows", record.get("npss_windows", {})).items():
+        as_convention(name)
+        for window, value in _object(f"npss_windows: {name}", windows).items():
+            which = signature_of(record, "npss", name, window=window)
+            yield result(f"npss_windows: {name}: {window}", f"NPSS {name} {window} s", value, which)
+    for time, value in _object("euler_error", record.get("euler_error", {})).items():
+        error = errors.get(time)
+        which = signature_of(record, "euler_error")
+        weight = None if error is None else [1.0] * len(_list("sequences: euler_error", error))
+        yield result(f"euler_error: {time}", f"Euler error {time} ms", value, which, error, weight)
+
+
+def result_of_report(model: str, action: str, report: Report) -> Result:
+    """Read the score of a report."""
+    convention = parse_signature(report.signature)["convention"]
+    name = convention if isinstance(convention, str) else report.signature.split("convention:")[1].split("|")[0]
+    return Result(
+        model=one_line(model),
+        action=one_line(action),
+        column=f"NPSS {name}",
+        value=report.score,
+        signature=report.signature,
+        numerator=(report.weight * report.emd).sum(axis=1),
+        weight=report.weight.sum(axis=1),
+        fingerprint=report.fingerprint,
+    )
+
+
+def one_line(name: str) -> str:
+    """Return a name without what would break the line of a table."""
+    return " ".join(name.split())
+
+
+def _object(field: str, value: object) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping) or not all(isinstance(name, str) for name in value):
+        raise ValueError(f"{field}: expected an object, got {value!r:.100}")
+    return value
+
+
+def _number(field: str, value: object) -> float:
+    try:
+        number = float(value) if is_real(value) else math.nan
+    except OverflowError:
+        number = math.inf
+    if not (math.isfinite(number) and number >= 0):
+        raise ValueError(f"{field}: expected a finite number that is not negative, got {value!r:.100}")
+    return number
+
+
+def _list(field: str, values: object) -> Float64:
+    if not isinstance(values, list) or not values:
+        raise ValueError(f"{field}: expected a list with a number for each sequence, got {values!r:.100}")
+    return np.array([_number(field, value) for value in values])
+
+
+def _parts(field: str, value: float, score: object, weight: object, fingerprint: Float64 | None) -> dict[str, Any]:
+    """Read what each sequence adds to a number, and make sure that it is the number's."""
+    scores, weights = _list(f"sequences: {field}", score), _list(f"sequences: weight of {field}", weight)
+    lengths = {len(scores), len(weights)} | (set() if fingerprint is None else {len(fingerprint)})
+    if len(lengths) > 1:
+        raise ValueError(f"sequences: lists of {field} differ in length: {sorted(lengths)}")
+    with np.errstate(over="ignore"):
+        total, numerator = weights.sum(), scores * weights
+    if not (
+        math.isfinite(total) and total > 0 and math.isclose(numerator.sum() / total, value, rel_tol=1e-6, abs_tol=1e-9)
+    ):
+        raise ValueError(f"sequences: the weighted mean of {field} is not the {value} that the record states")
+    return {"numerator": numerator, "weight": weights, "fingerprint": fingerprint}
