@@ -7,6 +7,7 @@ import itertools
 import json
 import pickle
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -187,6 +188,12 @@ class TestSources:
     def test_nothing_is_no_leaderboard(self, source):
         with pytest.raises(ValueError, match="source: nothing to rank"):
             npss.leaderboard(source)
+
+    def test_without_pandas(self, monkeypatch):
+        monkeypatch.setitem(sys.modules, "pandas", None)
+        monkeypatch.delitem(sys.modules, "npss._leaderboard_frame")
+        with pytest.raises(ImportError, match=r"npss\.leaderboard needs pandas: pip install 'npss\[pandas\]'"):
+            npss.leaderboard([TestPublished().record()])
 
     def test_empty_folders(self, tmp_path):
         with pytest.raises(ValueError, match="no samples in it"):

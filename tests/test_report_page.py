@@ -90,6 +90,36 @@ def test_errors_are_one_line(capsys, tmp_path):
     assert "no samples in it" in capsys.readouterr().err
 
 
+def test_a_page_without_a_folder(capsys, folder, tmp_path):
+    path = tmp_path / "nowhere" / "page.html"
+    assert main(["report", str(folder), "-o", str(path)]) == 2
+    assert capsys.readouterr() == ("", f"npss: error: {path}: there is no folder {path.parent}\n")
+
+
+@pytest.mark.parametrize(("n_frames", "pictures"), [(50, 2), (3, 1)])
+def test_a_perfect_prediction_has_no_shares_and_a_short_one_no_strip(tmp_path, n_frames, pictures):
+    gt = np.random.default_rng(0).normal(size=(2, n_frames, 99))
+    names = [f"expmap/{kind}/walking_{i}" for kind in ("gt", "preds") for i in range(2)]
+    np.savez(tmp_path / "perfect.npz", **dict(zip(names, [*gt, *gt], strict=True)))
+    assert main(["report", str(tmp_path), "-o", str(tmp_path / "page.html")]) == 0
+    assert (tmp_path / "page.html").read_text().count("<figure>") == pictures
+
+
+def test_the_pictures_state_what_the_tables_state(folder, tmp_path):
+    path = tmp_path / "page.html"
+    command = ["report", str(folder), "-o", str(path), "--by", "NPSS released", "--protocol", "mine"]
+    assert main(command) == 0
+    page = path.read_text()
+    pictures = [
+        base64.b64decode(picture).decode() for picture in re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', page)
+    ]
+    stated = {npss.parse_signature(s)["protocol"] for s in npss.leaderboard(folder, protocol="mine").tidy["signature"]}
+    assert stated == {"mine"}
+    shown = [re.sub(r"\s", "", " ".join(re.findall(r"<!-- (.*?) -->", picture))) for picture in pictures]
+    assert sum("protocol:mine" in text for text in shown) == 6  # all but the two film strips
+    assert sum("convention:released" in text for text in shown) == 4
+
+
 def test_of_baselines_and_files(capsys, tmp_path):
     from baselines.__main__ import main as baselines
 

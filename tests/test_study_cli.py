@@ -13,6 +13,7 @@ import pytest
 from npss import published, study
 from npss._cli import run as run_command
 from npss._cli import study as command
+from npss.protocol import SLICES_MS
 
 PAGE = Path(__file__).parents[1] / "docs" / "study.md"
 MODELS = ["VGRU-r1 (SA)", "MBR-unsup (SA)", "MBR-long", "VGRU-ac", "GRU-d", "VGRU-d"]
@@ -262,6 +263,11 @@ class TestErrors:
             assert (status, out) == (2, "")
             assert message in err
             assert err.count("\n") == 1
+        for huge in (10**400, 1e308, float("inf")):
+            one = {"model": "one", "action": "gait", "euler_error": dict.fromkeys(map(str, SLICES_MS), huge)}
+            assert "records: expected finite numbers as euler_error" in call(small, "--scores", write(path, [one]))[2]
+        one = {"model": "one", "action": "gait", "signatures": {"paper": ["npss"]}}
+        assert "records.json: record 0: its signatures are no texts" in call(small, "--scores", write(path, [one]))[2]
         path.write_text("{")
         assert "records.json: not JSON" in call(small, "--scores", path)[2]
         path.write_bytes(b"\xff")
