@@ -43,6 +43,12 @@ class Table(NamedTuple):
     cells: Cells
     signatures: list[str]
 
+    def only(self, kind: str) -> Table:
+        """Return the columns of one kind of metric, and the models that have some of them."""
+        columns = [column for column in self.columns if column.startswith(kind)]
+        models = [model for model in self.models if any((*model, column) in self.cells for column in columns)]
+        return self._replace(columns=columns, models=models)
+
     def rank(self, model: str, published: bool) -> str:
         """Return the rank as text; nothing for a model that has none."""
         cell = self.cells.get((model, published, self.by))
@@ -126,24 +132,35 @@ def to_latex(standings: Sequence[Standing], notes: Sequence[str], *, by: str | N
             r"\centering\footnotesize\setlength{\tabcolsep}{2pt}",
             f"\\caption{{{_latex(one.action or 'All')}, ranked by {_latex(one.by)}: lower is better, best in bold, "
             f"{_latex(MARK)} worse than the best by more than chance}}",
-            f"\\begin{{tabular}}{{rl{'r' * len(one.columns)}}}",
-            r"\toprule",
-            " & ".join(["rank", "model", *(_latex(_short(column)) for column in one.columns)]) + r" \\",
-            r"\midrule",
         ]
-        for place, (model, published) in enumerate(one.models):
-            if published and place and not one.models[place - 1][1]:
-                lines.append(r"\midrule")
-            name = f"\\textit{{{_latex(model)}}}" if published else _latex(model)
-            lines.append(" & ".join([one.rank(model, published), name, *one.row(model, published, cell)]) + r" \\")
-            if any(ends := one.row(model, published, below)):
-                lines.append(" & ".join(["", "", *ends]) + r" \\")
-        lines += [r"\bottomrule", r"\end{tabular}", r"\par\smallskip\scriptsize\raggedright"]
+        # NPSS and the Euler error one below the other, as papers print them: side by side they are wider than a page.
+        for group in (one.only("NPSS"), one.only("Euler error")):
+            if group.columns:
+                lines += _tabular(group, cell, below)
+        lines.append(r"\scriptsize\raggedright")
         lines += [f"\\texttt{{{_latex(signature, breaks=True)}}}\\par" for signature in one.signatures]
         italic = ["In italics: published."] if any(published for _, published in one.models) else []
         lines += [*(_latex(line) for line in (*notes, *italic, CITE)), r"\end{table}"]
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
+
+
+def _tabular(one: Table, cell: Callable[[Standing], str], below: Callable[[Standing], str]) -> list[str]:
+    """Return the lines of a table in LaTeX, each model's cells and what stands below them."""
+    lines = [
+        f"\\begin{{tabular}}{{rl{'r' * len(one.columns)}}}",
+        r"\toprule",
+        " & ".join(["rank", "model", *(_latex(_short(column)) for column in one.columns)]) + r" \\",
+        r"\midrule",
+    ]
+    for place, (model, published) in enumerate(one.models):
+        if published and place and not one.models[place - 1][1]:
+            lines.append(r"\midrule")
+        name = f"\\textit{{{_latex(model)}}}" if published else _latex(model)
+        lines.append(" & ".join([one.rank(model, published), name, *one.row(model, published, cell)]) + r" \\")
+        if any(ends := one.row(model, published, below)):
+            lines.append(" & ".join(["", "", *ends]) + r" \\")
+    return [*lines, r"\bottomrule", r"\end{tabular}", r"\par\medskip"]
 
 
 def to_html(standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int = 3) -> str:
@@ -200,9 +217,10 @@ def _ends(standing: Standing, digits: int) -> str:
 
 
 def _value(standing: Standing, digits: int) -> str:
-    """Return a value rounded; a published one with no more digits than were published."""
-    rounded, published = f"{standing.result.value:.{digits}f}", str(standing.result.value)
-    return published if standing.result.source and len(published) < len(rounded) else rounded
+    """Return a value rounded; a published one with no more digits than were published, which are two at least."""
+    if standing.result.source:
+        digits = min(digits, max(2, len(str(standing.result.value).partition(".")[2])))
+    return f"{standing.result.value:.{digits}f}"
 
 
 def _hidden(standings: Sequence[Standing]) -> bool:
