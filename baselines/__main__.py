@@ -4,7 +4,8 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from baselines import evaluate, leaderboard, sensitivity
+from baselines import evaluate, leaderboard, predict, sensitivity, train
+from baselines.models import parameters
 from npss._cli import run
 
 
@@ -14,7 +15,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="python -m baselines", description="Reference predictors and models of human motion."
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (evaluate, leaderboard, sensitivity):
+    for command in (evaluate, leaderboard, sensitivity, parameters, train, predict):
         command.add_parser(commands)
     return run(parser, arguments)
 

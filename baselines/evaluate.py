@@ -158,9 +158,20 @@ def add_parser(commands: Any) -> None:
         description="Score predictors on test windows, by NPSS under every convention and by the Euler error.",
     )
     parser.add_argument(
-        "models", nargs="*", metavar="MODEL", help=f"of {', '.join(PREDICTORS)}; all of them if none is named"
+        "models",
+        nargs="*",
+        metavar="MODEL",
+        help=f"of {', '.join(PREDICTORS)} (all of them if none is named), or the folder of a trained model",
     )
     add_task_options(parser)
+    parser.add_argument(
+        "--draws",
+        type=int,
+        default=1,
+        metavar="N",
+        help="predictions of a trained model, of which mean and standard deviation are taken (the paper's tables: 30)",
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the noise of trained models (default: 0)")
     parser.add_argument(
         "--unwrap",
         choices=("off", "target", "seed"),
@@ -181,15 +192,25 @@ def add_parser(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Print the records."""
     names = options.models or list(PREDICTORS)
-    if unknown := [name for name in names if name not in PREDICTORS]:
-        raise ValueError(f"MODEL: {unknown[0]!r} is not one of {', '.join(PREDICTORS)}")
-    records = [
-        evaluate(name, PREDICTORS[name], task, unwrapped=options.unwrap, sequences=options.sequences)
-        for task in tasks_of(options)
-        for name in names
-    ]
+    if unknown := [name for name in names if name not in PREDICTORS and not is_run(name)]:
+        raise ValueError(f"MODEL: {unknown[0]!r} is not one of {', '.join(PREDICTORS)}, nor the folder of a run")
+    records = [_record(name, task, options) for task in tasks_of(options) for name in names]
     form = options.format or ("table" if sys.stdout.isatty() else "json")
     if form == "json":
         print(json.dumps(records, indent=2))
     else:
         print(summary(records, markdown=form == "markdown"))
+
+
+def is_run(name: str) -> bool:
+    """Say whether that is the folder of a trained model."""
+    return (Path(name) / "config.json").is_file()
+
+
+def _record(name: str, task: Task, options: argparse.Namespace) -> Record:
+    measured: dict[str, Any] = {"unwrapped": options.unwrap, "sequences": options.sequences}
+    if name in PREDICTORS:
+        return evaluate(name, PREDICTORS[name], task, **measured)
+    from baselines.draws import evaluate_run  # imports torch, which predictors do not need
+
+    return evaluate_run(Path(name), task, draws=options.draws, seed=options.seed, **measured)

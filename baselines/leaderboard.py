@@ -6,8 +6,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from baselines.evaluate import Task, add_task_options, tasks_of
-from baselines.predictors import PREDICTORS
+import numpy as np
+
+from baselines.evaluate import Task, add_task_options, is_run, tasks_of
+from baselines.predictors import PREDICTORS, Predictor
 from npss._cli import report
 from npss._cli.leaderboard import add_options, board_of, show
 from npss._files import Pair
@@ -29,7 +31,8 @@ def add_parser(commands: Any) -> None:
         "models",
         nargs="*",
         metavar="MODEL",
-        help=f"of {', '.join(PREDICTORS)} (all of them if none is named), or a file of samples (.h5, .npz)",
+        help=f"of {', '.join(PREDICTORS)} (all of them if none is named), a file of samples (.h5, .npz), or the folder "
+        "of a trained model",
     )
     add_task_options(parser)
     add_options(parser)
@@ -50,23 +53,34 @@ def run(options: argparse.Namespace) -> None:
 
 
 def submit(models: list[str], tasks: list[Task]) -> dict[str, dict[str, Pair]]:
-    """Let predictors predict, and read what other models have predicted, of the same windows."""
-    files = [Path(model) for model in models if model not in PREDICTORS]
+    """Let predictors and trained models predict, and read what others have predicted, of the same windows."""
+    files = [Path(model) for model in models if model not in PREDICTORS and not is_run(model)]
     if unknown := [file for file in files if not file.suffix]:
-        raise ValueError(f"MODEL: {str(unknown[0])!r} is not one of {', '.join(PREDICTORS)}, nor a file")
-    found: dict[str, dict[str, Pair]] = {
-        name: {
-            task.action: Pair(task.action, task.target, PREDICTORS[name](task.seed, task.target.shape[1]))
-            for task in tasks
-        }
-        for name in models
-        if name in PREDICTORS
-    }
+        raise ValueError(
+            f"MODEL: {str(unknown[0])!r} is not one of {', '.join(PREDICTORS)}, nor a file, nor the folder of a run"
+        )
     asked = [task.action for task in tasks]
+    found: dict[str, dict[str, Pair]] = {}
+    for model in models:
+        if model in PREDICTORS:
+            found[model] = {task.action: _predicted(PREDICTORS[model], task) for task in tasks}
+        elif is_run(model):
+            from baselines.training import runs  # imports torch, which predictors do not need
+
+            trained = runs.load(Path(model))
+            found[Path(model).resolve().name] = {
+                task.action: _predicted(trained.predictor(task.action, rng=np.random.default_rng(0)), task)
+                for task in tasks
+                if task.action in trained.configuration.actions
+            }
     for name, pairs in read_submissions(files).items():
         found[name] = {action: pair for action, pair in pairs.items() if action in asked}
-        if not found[name]:
-            raise ValueError(f"MODEL: {name!r} has none of the actions asked for, {', '.join(asked)}")
+    if without := [name for name, pairs in found.items() if not pairs]:
+        raise ValueError(f"MODEL: {without[0]!r} has none of the actions asked for, {', '.join(asked)}")
     truth = {task.action: Pair(task.action, task.target, task.target) for task in tasks}
     check_truths({"the test windows": truth, **found})
     return found
+
+
+def _predicted(predictor: Predictor, task: Task) -> Pair:
+    return Pair(task.action, task.target, predictor(task.seed, task.target.shape[1]))

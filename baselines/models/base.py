@@ -1,0 +1,100 @@
+"""What every model is: a module that reads one pose after another and predicts the next one."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+#: Columns of a normalised pose (`npss.protocol.COLUMNS`).
+POSE = 54
+
+#: What a model remembers between frames: tensors, and tuples of them, of which the first axis is the batch.
+State = Any
+
+
+class MotionModel(nn.Module, ABC):
+    """A model of motion, one frame at a time.
+
+    Frames are numbered from 0, the first one read. Step t reads the pose of frame t and predicts that of frame t + 1.
+
+    Parameters
+    ----------
+    n_actions : int
+        Width of the label: 1 for a model of a single action, whose label is always 1.
+    """
+
+    def __init__(self, n_actions: int) -> None:
+        super().__init__()
+        self.n_actions = n_actions
+
+    @abstractmethod
+    def begin(self, label: Tensor, n_steps: int) -> State:
+        """Return the state before the first frame.
+
+        Parameters
+        ----------
+        label : (B, A) Tensor
+            The action, one-hot.
+        n_steps : int
+            How many steps there will be: some models plan them all.
+        """
+
+    @abstractmethod
+    def step(self, pose: Tensor, state: State) -> tuple[Tensor, State]:
+        """Read a frame (B, 54), and return the prediction of the next one (B, 54) and the new state."""
+
+    def read(self, poses: Tensor, state: State) -> tuple[Tensor, State]:
+        """Read frames (B, T, 54), and return the prediction after each (B, T, 54) and the state after the last.
+
+        The same as so many steps; models override it where they can be faster.
+        """
+        predictions = []
+        for pose in poses.unbind(1):
+            prediction, state = self.step(pose, state)
+            predictions.append(prediction)
+        return torch.stack(predictions, 1), state
+
+    def continue_closed(self, pose: Tensor, state: State, n: int) -> Tensor:
+        """Return n predictions (B, n, 54) in closed loop from a pose (B, 54) on: each is read as the next frame."""
+        predictions = []
+        for _ in range(n):
+            pose, state = self.step(pose, state)
+            predictions.append(pose)
+        return torch.stack(predictions, 1)
+
+    def predict(self, seed: Tensor, label: Tensor, n: int) -> Tensor:
+        """Predict the n frames (B, n, 54) that follow the seed (B, S, 54)."""
+        read, state = self.read(seed, self.begin(label, seed.shape[1] + n - 1))
+        first = read[:, -1]
+        if n == 1:
+            return first[:, None]
+        return torch.cat([first[:, None], self.continue_closed(first, state, n - 1)], 1)
+
+    def open_and_closed(self, poses: Tensor, label: Tensor, n_seed: int) -> tuple[Tensor, Tensor]:
+        """Return the predictions after every frame (B, T, 54), and those that follow the seed in closed loop.
+
+        Both share the seed pass, and what was drawn for it.
+
+        Parameters
+        ----------
+        poses : (B, T, 54) Tensor
+            The frames that are read in open loop.
+        label : (B, A) Tensor
+            The action.
+        n_seed : int
+            After this many frames the closed loop begins: from the prediction after the seed on, T - n_seed steps.
+
+        Returns
+        -------
+        opened : (B, T, 54) Tensor
+            Predictions of frames 1 to T.
+        closed : (B, T - n_seed, 54) Tensor
+            Predictions of frames n_seed + 1 to T, each made from the one before.
+        """
+        seed, state = self.read(poses[:, :n_seed], self.begin(label, poses.shape[1]))
+        rest, _ = self.read(poses[:, n_seed:], state)
+        closed = self.continue_closed(seed[:, -1], state, poses.shape[1] - n_seed)
+        return torch.cat([seed, rest], 1), closed

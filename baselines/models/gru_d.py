@@ -1,0 +1,125 @@
+"""GRU-d: two stacked GRUs that read motion derivatives; VGRU-d without the RNN above it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import cast
+
+import torch
+from torch import Tensor, nn
+from torch.nn.functional import dropout
+
+from baselines.models._gru import read_gru
+from baselines.models.base import POSE, MotionModel
+from baselines.models.cells import GRUCell
+from baselines.models.derivatives import derivatives, next_derivatives, no_past, standing
+from npss._checks import is_integer, is_real, positive_integer
+
+#: The frames before (B, n_derivatives, 54), and h (B, H) of each layer.
+GRUdState = tuple[Tensor, tuple[Tensor, ...]]
+
+
+@dataclass(frozen=True)
+class GRUdConfig:
+    """The published sizes: 2,721,846 parameters, where the NPSS paper's Table 1 has 2,735,670.
+
+    Parameters
+    ----------
+    size : int
+        Units of a layer.
+    n_layers : int
+        Layers.
+    n_derivatives : int
+        The highest derivative that is read, from 0 (the pose alone) on.
+    dropout : float
+        Probability with which each input, and each output of the last layer, is left out in training. The paper's text
+        has dropout for the short-term model alone; this is what the released code has.
+    restart_derivatives : bool
+        Whether, in `open_and_closed`, the open loop after the seed begins with derivatives that know of one frame
+        before it only, as in the released code.
+    """
+
+    size: int = 512
+    n_layers: int = 2
+    n_derivatives: int = 3
+    dropout: float = 0.3
+    restart_derivatives: bool = False
+
+    def __post_init__(self) -> None:
+        positive_integer("size", self.size)
+        positive_integer("n_layers", self.n_layers)
+        if not is_integer(self.n_derivatives):
+            raise TypeError(f"n_derivatives: expected an integer, got {self.n_derivatives!r}")
+        if self.n_derivatives < 0:
+            raise ValueError(f"n_derivatives: expected 0 or more, got {self.n_derivatives}")
+        if not is_real(self.dropout):
+            raise TypeError(f"dropout: expected a number, got {self.dropout!r}")
+        if not 0 <= self.dropout < 1:
+            raise ValueError(f"dropout: expected a probability below 1, got {self.dropout}")
+        if not isinstance(self.restart_derivatives, bool):
+            raise TypeError(f"restart_derivatives: expected True or False, got {self.restart_derivatives!r}")
+
+
+class GRUd(MotionModel):
+    """GRU-d. It predicts the pose itself, and does not look at the label.
+
+    The cells are the original GRU, with one bias per gate: it is they that have 2,721,846 parameters with the decoder,
+    whereas torch's GRU, with two biases, would have 2,724,918. Kernels start orthogonal and biases at 0.1.
+
+    Parameters
+    ----------
+    config : GRUdConfig
+        The sizes.
+    n_actions : int
+        Width of the label.
+
+    References
+    ----------
+    A. Gopalakrishnan et al., "A Neural Temporal Model for Human Motion Prediction", CVPR 2019.
+    """
+
+    def __init__(self, config: GRUdConfig, n_actions: int) -> None:
+        super().__init__(n_actions)
+        self.config = config
+        widths = [(config.n_derivatives + 1) * POSE] + [config.size] * config.n_layers
+        self.layers = nn.ModuleList(GRUCell(width, config.size) for width in widths[:-1])
+        self.decoder = nn.Linear(config.size, POSE)
+
+    def begin(self, label: Tensor, n_steps: int) -> GRUdState:
+        """Return the state before the first frame: zeros, for whatever label and number of steps."""
+        past = no_past(label.new_empty(len(label), POSE), self.config.n_derivatives)
+        return past, (label.new_zeros(len(label), self.config.size),) * self.config.n_layers
+
+    def step(self, pose: Tensor, state: GRUdState) -> tuple[Tensor, GRUdState]:
+        """Read a frame."""
+        past, before = state
+        hidden, past = next_derivatives(pose, past, self.config.n_derivatives)  # (B, 216)
+        hidden = self._drop(hidden)
+        after = []
+        for cell, h in zip(self.layers, before, strict=True):
+            hidden = cell(hidden, h)  # (B, H)
+            after.append(hidden)
+        return self.decoder(self._drop(hidden)), (past, tuple(after))
+
+    def read(self, poses: Tensor, state: GRUdState) -> tuple[Tensor, GRUdState]:
+        """Read frames, one layer after the other."""
+        past, before = state
+        hidden = self._drop(derivatives(poses, self.config.n_derivatives, past=past))  # (B, T, 216)
+        after = []
+        for cell, h in zip(self.layers, before, strict=True):
+            hidden, last = read_gru(cast(GRUCell, cell), hidden, h)  # (B, T, H)
+            after.append(last)
+        past = torch.cat([past, poses], 1)[:, poses.shape[1] :]
+        return self.decoder(self._drop(hidden)), (past, tuple(after))
+
+    def open_and_closed(self, poses: Tensor, label: Tensor, n_seed: int) -> tuple[Tensor, Tensor]:
+        """Return the predictions after every frame, and those that follow the seed in closed loop."""
+        if not self.config.restart_derivatives:
+            return super().open_and_closed(poses, label, n_seed)
+        seed, state = self.read(poses[:, :n_seed], self.begin(label, poses.shape[1]))
+        past, hidden = state
+        rest, _ = self.read(poses[:, n_seed:], (standing(past, self.config.n_derivatives), hidden))
+        return torch.cat([seed, rest], 1), self.continue_closed(seed[:, -1], state, poses.shape[1] - n_seed)
+
+    def _drop(self, values: Tensor) -> Tensor:
+        return dropout(values, self.config.dropout, self.training)

@@ -1,0 +1,70 @@
+"""Let a trained model predict the test windows, into a file of samples as the field's code writes them."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from baselines.evaluate import add_task_options, tasks_of
+from npss import euler_error_curve, poses_to_euler
+from npss._checks import Array
+
+_DESCRIPTION = """\
+Let a trained model predict the test windows. The file holds expmap/gt/ACTION_i and expmap/preds/ACTION_i, exponential
+maps at 25 frames per second, and the Euler error mean_ACTION_error: `npss score`, `npss leaderboard` and `npss report`
+read it.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of ``python -m baselines``."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "predict", help="write a trained model's predictions to a file", description=_DESCRIPTION
+    )
+    parser.add_argument("folder", type=Path, metavar="RUN", help="the folder of the run")
+    add_task_options(parser)
+    parser.add_argument("--out", type=Path, metavar="FILE", required=True, help=".h5 (needs h5py) or .npz")
+    parser.add_argument("--seed", type=int, default=0, help="of the noise of models that have some (default: 0)")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Predict, and write the file."""
+    if options.out.suffix not in (".h5", ".npz"):
+        raise ValueError(f"--out: expected a .h5 or .npz file, got {options.out}")
+    from baselines.training import runs, windows  # torch and the like: the other commands need none of it
+
+    trained = runs.load(options.folder)
+    windows.checked_seed(options.seed)
+    of = trained.configuration
+    options.synthetic = options.synthetic or (of.data == "synthetic" and not options.actions)
+    options.actions = options.actions or (None if options.synthetic else of.actions)
+    arrays: dict[str, Array] = {}
+    for task in tasks_of(options):
+        rng = np.random.default_rng(options.seed)
+        predicted = trained.predictor(task.action, rng=rng)(task.seed, task.target.shape[1])
+        for kind, poses in (("gt", task.target), ("preds", predicted)):
+            arrays |= {f"expmap/{kind}/{task.action}_{i}": one for i, one in enumerate(poses)}
+        errors = euler_error_curve(poses_to_euler(task.target), poses_to_euler(predicted))
+        arrays[f"mean_{task.action}_error"] = errors
+    write_samples(options.out, arrays)
+    print(options.out)
+
+
+def write_samples(path: Path, arrays: Mapping[str, Array]) -> None:
+    """Write arrays by name: an HDF5 file, or the same names in a ``.npz``."""
+    if path.suffix == ".npz":
+        with path.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+        return
+    try:
+        import h5py
+    except ImportError:
+        raise ImportError("writing .h5 needs h5py: pip install 'npss[h5]'") from None
+    with h5py.File(path, "w") as file:
+        for name, array in arrays.items():
+            file[name] = array

@@ -1,0 +1,63 @@
+"""Train a model on Human3.6M, or on a gait that needs no data."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from baselines.data import h36m
+from baselines.evaluate import Task
+
+if TYPE_CHECKING:
+    from baselines.training.config import Configuration
+    from baselines.training.windows import TrainingSet
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of ``python -m baselines``."""
+    # Which options there are depends on the model: nothing is one to this parser, and `parse` reads them all.
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "train", help="train a model", add_help=False, prefix_chars="\0"
+    )
+    parser.add_argument("arguments", nargs="*")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Train, and say what has come of it."""
+    # Imported where it is used: the other commands need no torch.
+    import torch
+
+    from baselines.training import arguments, config, runs, trainer, validation
+
+    configuration, options = arguments.parse(options.arguments)
+    device = options.device
+    if device == "auto":
+        device = "cuda" if torch.cuda.is_available() else "cpu"
+    training_set, tasks = data_of(configuration, options.h36m, options.cache)
+    options.out.mkdir(parents=True, exist_ok=True)
+    config.write(options.out / config.FILE, configuration, device)
+    rows = trainer.train(
+        configuration, training_set, tasks, options.out, device=device, tensorboard=options.tensorboard
+    )
+    kept = validation.best(rows, configuration.select)
+    print(
+        f"{options.out / runs.FILE}: the weights of iteration {kept['iteration']:.0f} of {rows[-1]['iteration']:.0f}, "
+        f"on validation windows NPSS {kept['npss_released']:.4f} (released) and {kept['npss_paper']:.4f} (paper)"
+    )
+    print(f"    {validation.signature(tasks)}")
+
+
+def data_of(configuration: Configuration, root: Path | None, cache: Path | None) -> tuple[TrainingSet, Sequence[Task]]:
+    """Return what a run is trained on, and the windows by which its weights are chosen."""
+    from baselines.training import windows
+
+    if configuration.data == "synthetic":
+        return windows.synthetic_training_set(), windows.synthetic_validation()
+    if root is None:
+        raise ValueError("--h36m DIR names the folder of Human3.6M; --data synthetic needs no data")
+    data = h36m.open_root(root, cache=cache)
+    training_set = windows.h36m_training_set(data, configuration.actions, subjects=configuration.subjects)
+    return training_set, windows.h36m_validation(data, configuration.validate_on)

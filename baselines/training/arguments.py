@@ -1,0 +1,111 @@
+"""The command line of training."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TypeVar
+
+from baselines.models import MODELS
+from baselines.training.config import FILE, Configuration, configuration_of, defaults, parser_of, read
+from npss._checks import one_of
+
+DEVICES = ("auto", "cpu", "cuda")
+
+Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
+
+
+def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
+    """Read the arguments of ``python -m baselines train``.
+
+    The file, that of ``--config`` or of the run that is resumed, is stronger than the registry's defaults, and the
+    command line is the strongest.
+
+    Returns
+    -------
+    configuration : Configuration
+        What the run is.
+    options : Namespace
+        What else was said: ``out``, ``resume``, ``h36m``, ``cache``, ``device`` and ``tensorboard``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not one, or not what it should be: says what there is.
+    """
+    named = arguments and not arguments[0].startswith("-")
+    name, rest = (arguments[0], arguments[1:]) if named else (None, arguments)
+    if name is not None:
+        one_of("MODEL", name, tuple(MODELS))
+    if {"-h", "--help"} & set(rest):
+        _add_options(parser_of(defaults(name or next(iter(MODELS))))).print_help()
+        raise SystemExit(0)
+    options = _options(rest)
+    file = _file_of(options)
+    if name is None and file is None:
+        raise ValueError(f"MODEL: expected one of {', '.join(MODELS)}, or --config FILE")
+    known = defaults(str(name)) if file is None else vars(read(file)).copy()
+    if name not in (None, known["name"]):
+        raise ValueError(f"MODEL: {name!r}, but {file} is of a {known['name']!r}")
+    if options.iterations is not None:
+        recipe = known["recipe"].compressed(options.iterations)
+        known |= {"recipe": recipe, "validate_every": None, "checkpoint_every": None}
+    parser = _add_options(parser_of(known))
+    configuration = configuration_of(known["name"], parser, lambda: parser.parse_args(rest))
+    if file is not None and file == options.out / FILE:
+        _refuse_changes(file, configuration)
+    return configuration, options
+
+
+def _options(arguments: Sequence[str]) -> argparse.Namespace:
+    """Read what a configuration does not hold, of arguments of which others are for `parser_of`."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    try:
+        return _add_options(parser).parse_known_args(arguments)[0]
+    except argparse.ArgumentError as error:
+        raise ValueError(str(error)) from None
+
+
+def _add_options(parser: Parser) -> Parser:
+    """Add what a configuration does not hold."""
+    parser.add_argument("--out", type=Path, metavar="RUN", help="the folder of the run, which is made")
+    parser.add_argument("--config", type=Path, metavar="FILE", help=f"begin with this configuration, a {FILE}")
+    parser.add_argument("--iterations", type=int, metavar="N", help="train for so many, all schedules in proportion")
+    parser.add_argument("--resume", action="store_true", help="go on where the run was cut off, if it had begun")
+    parser.add_argument(
+        "--h36m",
+        type=Path,
+        metavar="DIR",
+        default=os.environ.get("NPSS_H36M") or None,
+        help="the folder of Human3.6M's dataset/, if not that in the environment variable NPSS_H36M",
+    )
+    parser.add_argument("--cache", type=Path, metavar="DIR", help="keep the files there in binary, to load faster")
+    parser.add_argument("--device", choices=DEVICES, default=DEVICES[0], help="auto: cuda if there is one, else cpu")
+    parser.add_argument("--tensorboard", action="store_true", help="write logs for TensorBoard, too")
+    return parser
+
+
+def _file_of(options: argparse.Namespace) -> Path | None:
+    """Return the file to begin with, after making sure that no run is overwritten."""
+    if options.out is None:
+        raise ValueError("--out RUN names the folder of the run")
+    stored: Path = options.out / FILE
+    given: Path | None = options.config
+    if not stored.exists():
+        return given
+    if not options.resume:
+        raise ValueError(f"--out: there is a run in {options.out} already; --resume goes on with it")
+    return stored
+
+
+def _refuse_changes(file: Path, configuration: Configuration) -> None:
+    """Raise if a run was to be resumed with another configuration than it has."""
+    stored = asdict(read(file))
+    changed = [name for name, value in asdict(configuration).items() if value != stored[name]]
+    if changed:
+        raise ValueError(
+            f"--resume: {file} has another value of {', '.join(changed)}; leave it out, or begin a new run"
+        )

@@ -1,0 +1,223 @@
+"""What a run is: the model, the recipe, the data and the seed, as ``config.json`` and the command line state them."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import torch
+
+import npss
+from baselines.models import MODELS
+from baselines.training._files import write_atomically
+from baselines.training.recipe import Recipe
+from baselines.training.windows import GAIT, checked_seed
+from npss._checks import each, one_of, positive_integer, positive_number
+from npss.protocol import ACTIONS, TRAIN_SUBJECTS
+
+try:
+    import jsonargparse
+except ImportError:
+    raise ImportError("training needs jsonargparse: pip install 'npss[baselines]'") from None
+
+#: The file of a run that states its configuration.
+FILE = "config.json"
+SOURCES = ("h36m", "synthetic")
+SELECT = ("released", "paper", "euler", "last")
+_MADE_WITH = "made_with"  # stated in the file for those who read it
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """All that a run depends on, but for where the data are and what it is computed on.
+
+    Attributes
+    ----------
+    name : str
+        Of the model, one of `baselines.models.MODELS`.
+    model : dataclass
+        The fields of the model.
+    recipe : Recipe
+        How it is trained.
+    data : {'h36m', 'synthetic'}
+        Human3.6M, or the generated gait.
+    actions : tuple of str
+        What is trained on, in the order of the label.
+    subjects : tuple of int
+        Who is trained on; nobody, where the data are generated.
+    seed : int
+        Of the initial weights and of every iteration.
+    select : {'released', 'paper', 'euler', 'last'}
+        Which weights are kept as the model: those with the least NPSS on the validation windows by that convention,
+        or with the least Euler error, or the last ones, as the code released with the NPSS paper does.
+    average : float or None
+        Decay of a moving average of the weights, which then is what is validated and kept.
+    validate_on : tuple of str
+        The actions of the validation windows.
+    validate_every, checkpoint_every : int
+        Iterations between two validations, and between two checkpoints.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a field is not what it should be; the message begins with its name.
+    """
+
+    name: str
+    model: Any
+    recipe: Recipe
+    data: str
+    actions: tuple[str, ...]
+    subjects: tuple[int, ...]
+    seed: int
+    select: str
+    average: float | None
+    validate_on: tuple[str, ...]
+    validate_every: int
+    checkpoint_every: int
+
+    def __post_init__(self) -> None:
+        one_of("data", self.data, SOURCES)
+        one_of("select", self.select, SELECT)
+        checked_seed(self.seed)
+        positive_integer("validate_every", self.validate_every)
+        positive_integer("checkpoint_every", self.checkpoint_every)
+        if self.average is not None and positive_number("average", self.average) >= 1:
+            raise ValueError(f"average: expected a decay between 0 and 1, got {self.average}")
+        synthetic = self.data == "synthetic"
+        _some_of("actions", self.actions, (GAIT,) if synthetic else ACTIONS)
+        _some_of("validate_on", self.validate_on, self.actions)
+        if not synthetic or self.subjects:
+            _some_of("subjects", self.subjects, () if synthetic else TRAIN_SUBJECTS)
+
+
+def read(path: Path) -> Configuration:
+    """Read a configuration; what it does not state is the registry's default.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        If it is not one; names the file.
+    """
+    text = path.read_text(encoding="utf-8", errors="replace")
+    try:
+        stated = json.loads(text)
+        _check_fields("", stated, [_MADE_WITH, *(field.name for field in fields(Configuration))])
+        stated.pop(_MADE_WITH, None)
+        name = stated.pop("name", None)
+        one_of("name", name, tuple(MODELS))
+        known = defaults(name)
+        for group in ("model", "recipe"):
+            _check_fields(f"{group}: ", stated.get(group, {}), [field.name for field in fields(known[group])])
+        parser = parser_of(known)
+        return configuration_of(name, parser, lambda: parser.parse_object(stated))
+    except (TypeError, ValueError) as error:  # JSON's errors among them
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _check_fields(where: str, stated: object, names: Sequence[str]) -> None:
+    """Raise unless it is an object with no other fields; jsonargparse would import a class that one may name."""
+    if not isinstance(stated, dict):
+        raise ValueError(f"{where}expected an object, got {stated!r}")
+    if unknown := sorted(set(stated) - set(names)):
+        raise ValueError(f"{where}there is no {unknown[0]!r}; there are {', '.join(names)}")
+
+
+def write(path: Path, configuration: Configuration, device: str) -> None:
+    """Write a configuration and, for those who read it, what the run is made with."""
+    made_with = {"npss": npss.__version__, "torch": str(torch.__version__), "device": device}
+    text = json.dumps({**asdict(configuration), _MADE_WITH: made_with}, indent=2) + "\n"
+    write_atomically(path, lambda part: part.write_text(text, encoding="utf-8"))
+
+
+def defaults(name: str) -> dict[str, Any]:
+    """Return what a run of a model is if nothing else is said; what is None is worked out from the rest."""
+    spec = MODELS[name]
+    stated = {"name": name, "model": spec.config, "recipe": spec.recipe, "data": SOURCES[0], "seed": 0}
+    return {field.name: None for field in fields(Configuration)} | stated | {"select": SELECT[0]}
+
+
+def parser_of(known: dict[str, Any]) -> jsonargparse.ArgumentParser:
+    """Return what reads the fields of a configuration; those that are known are its defaults."""
+    parser = jsonargparse.ArgumentParser(
+        prog="python -m baselines train",
+        usage="python -m baselines train [MODEL] --out RUN [--config FILE] [OPTION ...]",
+        description=f"Train a model: one of {', '.join(MODELS)}. The options --model... below are those of "
+        f"{known['name']}; name another one before --help for its own.",
+        exit_on_error=False,
+        allow_abbrev=False,
+        parser_mode="json",
+    )
+    parser.add_argument("--data", choices=SOURCES, help="Human3.6M, or a generated gait, which needs no data")
+    parser.add_argument(
+        "--actions", "--action", nargs="+", metavar="ACTION", help="of Human3.6M, or all; walking if none is named"
+    )
+    parser.add_argument(
+        "--subjects", nargs="+", type=int, metavar="S", help=f"whom to train on; if nobody is named, {TRAIN_SUBJECTS}"
+    )
+    parser.add_argument("--seed", type=int, help="of the initial weights and of every iteration")
+    parser.add_argument(
+        "--select",
+        choices=SELECT,
+        help="which weights are kept: the best on validation windows, by NPSS of that convention or by Euler error; "
+        "or the last ones",
+    )
+    parser.add_argument(
+        "--average", type=float, metavar="DECAY", help="validate and keep a moving average of the weights"
+    )
+    parser.add_argument(
+        "--validate-on", nargs="+", metavar="ACTION", help="where files of the test subject lack; if none is named, all"
+    )
+    parser.add_argument("--validate-every", type=int, metavar="N", help="iterations; if not given, a twentieth of them")
+    parser.add_argument(
+        "--checkpoint-every", type=int, metavar="N", help="iterations; if not given, a hundredth of them"
+    )
+    for name, value in known.items():
+        if name in ("model", "recipe"):
+            parser.add_argument(f"--{name}", type=type(value), default=value)
+        elif name != "name":
+            parser.set_defaults({name: list(value) if isinstance(value, tuple) else value})
+    return parser
+
+
+def configuration_of(name: str, parser: jsonargparse.ArgumentParser, parse: Callable[[], Any]) -> Configuration:
+    """Make the configuration of what was parsed, working out what was not said."""
+    try:
+        parsed = parser.instantiate(parse())
+    except argparse.ArgumentError as error:
+        there_are = ""
+        if "unrecognized" in str(error):
+            group = re.search(r"--(model|recipe)\.", str(error))
+            names = [name if "." in name else name.replace("_", "-") for name in sorted(parser.get_defaults().keys())]
+            those = [name for name in names if name.startswith(group[0][2:] if group else "")]
+            there_are = f"; there are --{', --'.join(those)}"
+        raise ValueError(f"{error}{there_are}") from None
+    values = {"name": name} | {field.name: parsed[field.name] for field in fields(Configuration)[1:]}
+    synthetic, iterations = values["data"] == "synthetic", values["recipe"].iterations
+    if values["actions"] is None:
+        values["actions"] = (GAIT,) if synthetic else ("walking",)
+    elif list(values["actions"]) == ["all"]:
+        values["actions"] = ACTIONS
+    worked_out = {
+        "validate_on": values["actions"],
+        "subjects": () if synthetic else TRAIN_SUBJECTS,
+        "validate_every": max(1, iterations // 20),
+        "checkpoint_every": max(1, iterations // 100),
+    }
+    values |= {key: value for key, value in worked_out.items() if values[key] is None}
+    sequences = {key: tuple(each(key, values[key])) for key in ("actions", "validate_on", "subjects")}
+    return Configuration(**values | sequences)
+
+
+def _some_of(name: str, values: Sequence[Any], choices: Sequence[Any]) -> None:
+    """Raise unless values are some of the choices, each once."""
+    if not values or not set(values) <= set(choices) or len(set(values)) < len(values):
+        raise ValueError(
+            f"{name}: expected some of {', '.join(map(str, choices)) or 'none'}, each once; "
+            f"got {', '.join(map(str, values)) or 'none'}"
+        )
