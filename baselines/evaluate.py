@@ -107,7 +107,8 @@ def summary(records: Sequence[Record], *, markdown: bool = False) -> str:
         heading = f"{action} (lower is better, * best; under ms: Euler error in radians)"
         parts.append(f"### {heading}" if markdown else heading)
         parts.append(table(["model", *columns], rows, "l" + "r" * len(columns), markdown=markdown))
-        parts.append("\n".join(f"    {line}" for line in of_action[0]["signatures"].values()))
+        signatures = dict.fromkeys(line for record in of_action for line in record["signatures"].values())
+        parts.append("\n".join(f"    {line}" for line in signatures))
     return "\n\n".join(parts)
 
 
