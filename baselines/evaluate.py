@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -115,13 +114,7 @@ def summary(records: Sequence[Record], *, markdown: bool = False) -> str:
 def add_task_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that say what there is to predict."""
     source = parser.add_mutually_exclusive_group()
-    source.add_argument(
-        "--h36m",
-        type=Path,
-        metavar="DIR",
-        default=os.environ.get("NPSS_H36M") or None,
-        help="the folder of Human3.6M's dataset/ (default: the environment variable NPSS_H36M)",
-    )
+    h36m.add_option(source)
     parser.add_argument(
         "--cache", type=Path, metavar="DIR", help="keep the files there in binary, to load faster next time"
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -164,13 +163,7 @@ def add_parser(commands: Any) -> None:
         "Euler error (mean over all frames).",
     )
     source = parser.add_mutually_exclusive_group()
-    source.add_argument(
-        "--h36m",
-        type=Path,
-        metavar="DIR",
-        default=os.environ.get("NPSS_H36M") or None,
-        help="the folder of Human3.6M's dataset/ (default: the environment variable NPSS_H36M)",
-    )
+    h36m.add_option(source)
     source.add_argument("--synthetic", action="store_true", help="a generated gait, which needs no data")
     parser.add_argument(
         "--format", choices=("table", "json", "markdown"), help="default: table on a terminal, else json"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import hashlib
 import os
@@ -301,3 +302,14 @@ def _fault(path: Path) -> str | None:
             if not abs(value) <= float(np.finfo(np.float32).max):  # NaN included
                 return f"{where} is not a finite number"
     return "no rows" if not any(line.strip() for line in lines) else None
+
+
+def add_option(parser: argparse._ActionsContainer) -> None:
+    """Add the option of a command that says where the data set is."""
+    parser.add_argument(
+        "--h36m",
+        type=Path,
+        metavar="DIR",
+        default=os.environ.get("NPSS_H36M") or None,
+        help="the folder of Human3.6M's dataset/ (default: the environment variable NPSS_H36M)",
+    )

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TypeVar
 
+from baselines.data import h36m
 from baselines.models import MODELS
 from baselines.training.config import FILE, Configuration, configuration_of, defaults, parser_of, read
 from npss._checks import one_of
@@ -75,13 +75,7 @@ def _add_options(parser: Parser) -> Parser:
     parser.add_argument("--config", type=Path, metavar="FILE", help=f"begin with this configuration, a {FILE}")
     parser.add_argument("--iterations", type=int, metavar="N", help="train for so many, all schedules in proportion")
     parser.add_argument("--resume", action="store_true", help="go on where the run was cut off, if it had begun")
-    parser.add_argument(
-        "--h36m",
-        type=Path,
-        metavar="DIR",
-        default=os.environ.get("NPSS_H36M") or None,
-        help="the folder of Human3.6M's dataset/, if not that in the environment variable NPSS_H36M",
-    )
+    h36m.add_option(parser)
     parser.add_argument("--cache", type=Path, metavar="DIR", help="keep the files there in binary, to load faster")
     parser.add_argument("--device", choices=DEVICES, default=DEVICES[0], help="auto: cuda if there is one, else cpu")
     parser.add_argument("--tensorboard", action="store_true", help="write logs for TensorBoard, too")
