@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any
 
 import torch
@@ -98,3 +100,35 @@ class MotionModel(nn.Module, ABC):
         rest, _ = self.read(poses[:, n_seed:], state)
         closed = self.continue_closed(seed[:, -1], state, poses.shape[1] - n_seed)
         return torch.cat([seed, rest], 1), closed
+
+    def mixed(self, poses: Tensor, label: Tensor, own: Sequence[bool]) -> Tensor:
+        """Return the prediction after every step, of which some read the prediction before them: auto-conditioning.
+
+        Parameters
+        ----------
+        poses : (B, T, 54) Tensor
+            The frames.
+        label : (B, A) Tensor
+            The action.
+        own : sequence of bool
+            For each of the T steps whether it reads, instead of the frame, what the step before has predicted. The
+            first cannot.
+
+        Returns
+        -------
+        (B, T, 54) Tensor
+            Predictions of frames 1 to T.
+        """
+        if len(own) != poses.shape[1] or own[0]:
+            raise ValueError(f"own: expected {poses.shape[1]} flags, the first of them False, got {list(own)}")
+        state, predictions, frames = self.begin(label, len(own)), [poses[:, 0]], iter(poses.unbind(1))
+        for feed_back, block in itertools.groupby(own):
+            true = list(itertools.islice(frames, len(list(block))))
+            if not feed_back:
+                read, state = self.read(torch.stack(true, 1), state)
+                predictions += read.unbind(1)
+                continue
+            for _ in true:
+                prediction, state = self.step(predictions[-1], state)
+                predictions.append(prediction)
+        return torch.stack(predictions[1:], 1)

@@ -173,35 +173,13 @@ class VTLN(MotionModel):
         return torch.cat([first, opened], 1), self.continue_closed(first[:, -1], state, n_frames - n_seed)
 
     def mixed(self, poses: Tensor, label: Tensor, own: Sequence[bool]) -> Tensor:
-        """Return the prediction after every step, of which some read the prediction before them: auto-conditioning.
-
-        It is as fast as `open_and_closed`.
-
-        Parameters
-        ----------
-        poses : (B, T, 54) Tensor
-            The frames.
-        label : (B, A) Tensor
-            The action.
-        own : sequence of bool
-            For each of the T steps whether it reads, instead of the frame, what the step before has predicted. The
-            first cannot.
-
-        Returns
-        -------
-        (B, T, 54) Tensor
-            Predictions of frames 1 to T.
-        """
+        """Do what `MotionModel.mixed` does, in training as fast as `open_and_closed`."""
+        if not torch.is_grad_enabled() or poses.requires_grad:
+            return super().mixed(poses, label, own)
         if len(own) != poses.shape[1] or own[0]:
             raise ValueError(f"own: expected {poses.shape[1]} flags, the first of them False, got {list(own)}")
-        if torch.is_grad_enabled() and not poses.requires_grad:
-            first, rest = self._unroll(poses, label, tuple(own), beside=False)
-            return torch.cat([first, rest[:, 0]]).transpose(0, 1)
-        state, predictions = self.begin(label, len(own)), [poses[:, 0]]
-        for frame, feed_back in zip(poses.unbind(1), own, strict=True):
-            prediction, state = self.step(predictions[-1] if feed_back else frame, state)
-            predictions.append(prediction)
-        return torch.stack(predictions[1:], 1)
+        first, rest = self._unroll(poses, label, tuple(own), beside=False)
+        return torch.cat([first, rest[:, 0]]).transpose(0, 1)
 
     def _unroll(self, poses: Tensor, label: Tensor, own: tuple[bool, ...], *, beside: bool) -> tuple[Tensor, Tensor]:
         """Return the predictions (S, B, 54) of the steps before the first own one, and (T - S, n, B, 54) of the others.

@@ -175,21 +175,8 @@ def conditioned(model: MotionModel, poses: Tensor, label: Tensor, n_seed: int, l
     length : int
         Frames of a block; the last one may be shorter.
     """
-    n_frames = poses.shape[1]
-    opened, state = model.read(poses[:, : n_seed + length], model.begin(label, n_frames))
-    predictions = [opened]
-    for start in range(n_seed + length, n_frames, 2 * length):
-        pose = predictions[-1][:, -1]
-        own = []
-        for _ in range(min(length, n_frames - start)):
-            pose, state = model.step(pose, state)
-            own.append(pose)
-        predictions.append(torch.stack(own, 1))
-        true = poses[:, start + length : start + 2 * length]
-        if true.shape[1]:
-            opened, state = model.read(true, state)
-            predictions.append(opened)
-    return torch.cat(predictions, 1)
+    own = [t >= n_seed and (t - n_seed) // length % 2 == 1 for t in range(poses.shape[1])]
+    return model.mixed(poses, label, own)
 
 
 def noisy(poses: Tensor, std: float) -> Tensor:
