@@ -36,3 +36,15 @@ def h36m_root() -> Path:
 def samples_root() -> Path:
     """The folder that holds ``wookay_walking_10000.h5`` and ``wookay_eating_1000.h5``."""
     return _folder("NPSS_SAMPLES", "prediction files of another project (samples.h5)")
+
+
+@pytest.fixture(scope="session")
+def cmu_root() -> Path:
+    """The folder that holds ``clips.csv`` and CMU's ``01/01_01.bvh`` ..."""
+    return _folder("NPSS_CMU", "CMU clips (BVH)")
+
+
+@pytest.fixture(scope="session")
+def cmu_styles_root() -> Path:
+    """The folder that holds ``indian/04.bvh`` ... of CMU."""
+    return _folder("NPSS_CMU_STYLES", "CMU clips of dances and martial arts (BVH)")
