@@ -39,7 +39,9 @@ def leaderboard(
     source : path, sequence of paths, sequence of dict, or mapping
         A folder with a file of samples for each model (``MODEL.h5`` or ``.npz``, or ``MODEL/samples.h5``), or such
         files; records, as ``python -m baselines evaluate --format json`` prints them, or files of them (``.json``);
-        or reports: a mapping from models to a `Report`, or to a mapping from actions to a `Report`.
+        or reports: a mapping from models to a `Report`, or to a mapping from actions to a `Report`. Records may hold
+        other metrics, of which less is better, too: ``metrics`` and ``signatures`` by name, and their values of the
+        single sequences, of which the number is the mean, in ``sequences["metrics"]``.
     published : bool, optional
         Show the published rows of the same meaning beside one's own, marked, and not ranked.
     by : str, optional

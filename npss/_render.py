@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from npss._results import EULER
 from npss._standings import MARK, Standing
 from npss._tables import table
 
@@ -43,9 +44,9 @@ class Table(NamedTuple):
     cells: Cells
     signatures: list[str]
 
-    def only(self, kind: str) -> Table:
-        """Return the columns of one kind of metric, and the models that have some of them."""
-        columns = [column for column in self.columns if column.startswith(kind)]
+    def only(self, *, euler: bool) -> Table:
+        """Return the columns of the Euler error, or the others, and the models that have some of them."""
+        columns = [column for column in self.columns if column.startswith(EULER) == euler]
         models = [model for model in self.models if any((*model, column) in self.cells for column in columns)]
         return self._replace(columns=columns, models=models)
 
@@ -96,7 +97,7 @@ def to_text(
             value = f"**{value}**" if markdown else f"{value}*"
         value += MARK if standing.worse else "" if markdown else " " * (not standing.best)
         # Those of the Euler error would make a table too wide to be read as text.
-        ends = _ends(standing, digits) if standing.result.column.startswith("NPSS") else ""
+        ends = "" if standing.result.column.startswith(EULER) else _ends(standing, digits)
         return value + (f" ({ends})" if ends else "")
 
     parts = []
@@ -134,7 +135,7 @@ def to_latex(standings: Sequence[Standing], notes: Sequence[str], *, by: str | N
             f"{_latex(MARK)} worse than the best by more than chance}}",
         ]
         # NPSS and the Euler error one below the other, as papers print them: side by side they are wider than a page.
-        for group in (one.only("NPSS"), one.only("Euler error")):
+        for group in (one.only(euler=False), one.only(euler=True)):
             if group.columns:
                 lines += _tabular(group, cell, below)
         lines.append(r"\scriptsize\raggedright")
@@ -206,7 +207,7 @@ def _name(model: str, published: bool) -> str:
 
 def _short(column: str) -> str:
     """Shorten a column's name to what a table's heading has room for; its notes say the rest."""
-    return column.removeprefix("Euler error ")
+    return column.removeprefix(f"{EULER} ")
 
 
 def _ends(standing: Standing, digits: int) -> str:
@@ -225,7 +226,7 @@ def _value(standing: Standing, digits: int) -> str:
 
 def _hidden(standings: Sequence[Standing]) -> bool:
     """Say whether there are intervals of the Euler error, which text leaves out."""
-    return any(one.low is not None and not one.result.column.startswith("NPSS") for one in standings)
+    return any(one.low is not None and one.result.column.startswith(EULER) for one in standings)
 
 
 def _markdown(text: str) -> str:

@@ -15,6 +15,9 @@ from npss._records import Record, signature_of
 from npss._report import Report
 from npss._signature import parse_signature
 
+#: What the columns of the Euler error begin with.
+EULER = "Euler error"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
@@ -80,7 +83,18 @@ def _results(record: Record) -> Iterator[Result]:
         error = errors.get(time)
         which = signature_of(record, "euler_error")
         weight = None if error is None else [1.0] * len(_list("sequences: euler_error", error))
-        yield result(f"euler_error: {time}", f"Euler error {time} ms", value, which, error, weight)
+        yield result(f"euler_error: {time}", f"{EULER} {time} ms", value, which, error, weight)
+    distances, signatures = (_object("sequences: metrics", alone.get("metrics", {})), record.get("signatures", {}))
+    for name, value in _object("metrics", record.get("metrics", {})).items():
+        if not name or name != one_line(name) or name.startswith(("NPSS", EULER)):
+            raise ValueError(f"metrics: {name!r} is no name for another metric")
+        stated = _object("signatures", signatures).get(name)
+        if not isinstance(stated, str):
+            raise ValueError(f"signatures: expected that of {name!r}, got {stated!r:.100}")
+        parse_signature(stated)
+        distance = distances.get(name)
+        weight = None if distance is None else [1.0] * len(_list(f"sequences: metrics: {name}", distance))
+        yield result(f"metrics: {name}", name, value, stated, distance, weight)
 
 
 def result_of_report(model: str, action: str, report: Report) -> Result:

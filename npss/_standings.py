@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval, checked_level
-from npss._results import Result
+from npss._results import EULER, Result
 from npss._sign_flip import EXACT_UP_TO, SAMPLES, sign_flips
 
 #: What marks a number that is worse than the best by more than chance.
@@ -163,7 +163,7 @@ def notes(found: Sequence[Standing], *, level: float = 0.95, seed: int = 0) -> l
     sources = dict.fromkeys(standing.result.source for standing in found if standing.result.source)
     aside = " of one's own" if sources else ""
     lines = [f"Lower is better. In bold, or with *: the best{aside} of a column."]
-    if any(standing.result.column.startswith("Euler error") for standing in found):
+    if any(standing.result.column.startswith(EULER) for standing in found):
         lines.append("Under ms: Euler error, in radians.")
     if tested:
         lines.append(f"Intervals: {100 * level:g} %, {METHOD}, {RESAMPLES} resamples, seed {seed}.")

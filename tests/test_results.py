@@ -150,3 +150,48 @@ def test_what_is_absent_may_be(record):
     bare = {name: record[name] for name in ("model", "action", "npss", "signature")}
     assert [one.weight for one in results_of_record(bare)] == [None] * 3
     assert results_of_record({name: record[name] for name in ("model", "action", "signature")}) == []
+
+
+SIGNATURE = "g|version:1|frames:50"
+
+
+@pytest.fixture
+def with_another(record):
+    """A record with another metric."""
+    record = copy.deepcopy(record) | {"metrics": {"G": 2.0}}
+    record["signatures"]["G"] = SIGNATURE
+    record["sequences"]["metrics"] = {"G": [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]}
+    return record
+
+
+def test_other_metrics_are_ranked_and_told_apart(with_another):
+    found = {one.result.column: one for one in standings(results_of_record(with_another))}
+    assert (found["G"].result.value, found["G"].result.signature) == (2.0, SIGNATURE)
+    assert found["G"].low < 2.0 < found["G"].high
+    (alone,) = [one for one in results_of_record(change(with_another, "sequences", None)) if one.column == "G"]
+    assert alone.weight is None
+    other = {**change(with_another, "signatures/G", "g|version:2|frames:50"), "model": "other"}
+    with pytest.raises(ValueError, match=r"a, G: 'm' and 'other' are different numbers"):
+        standings(results_of_record(with_another) + results_of_record(other))
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("metrics/G", -1.0, "metrics: G: expected a finite number"),
+        ("metrics/G", 3.0, "the weighted mean of metrics: G is not the 3.0"),
+        ("metrics", [], "metrics: expected an object"),
+        ("metrics", {"NPSS paper": 1.0}, "metrics: 'NPSS paper' is no name for another metric"),
+        ("metrics", {"Euler error 80 ms": 1.0}, "metrics: 'Euler error 80 ms' is no name"),
+        ("metrics", {"a\nb": 1.0}, "metrics: 'a.*b' is no name"),
+        ("metrics", {"": 1.0}, "metrics: '' is no name"),
+        ("signatures/G", None, "signatures: expected that of 'G', got None"),
+        ("signatures/G", "G", "signature: 'G' does not begin with a metric"),
+        ("signatures", 3, "signatures: expected an object"),
+        ("sequences/metrics/G/0", None, "lists of metrics: G differ in length"),
+        ("sequences/metrics", 3, "sequences: metrics: expected an object"),
+    ],
+)
+def test_other_metrics_that_are_none(with_another, path, value, message):
+    with pytest.raises(ValueError, match=f"^records: 'm' on 'a': {message}|^records: 'm' on 'a': sequences: {message}"):
+        results_of_record(change(with_another, path, value))
