@@ -30,6 +30,11 @@ def run(options: argparse.Namespace) -> None:
     # Imported where it is used: the other commands need no torch.
     import torch
 
+    if options.arguments[:1] == ["manifold"]:
+        from baselines.manifold import train_command
+
+        train_command.run(options.arguments[1:])
+        return
     from baselines.training import arguments, config, runs, trainer, validation
 
     configuration, options = arguments.parse(options.arguments)

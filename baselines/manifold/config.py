@@ -1,0 +1,248 @@
+"""What a run of the manifold is: the network, the recipe, the data and the seed, as ``config.json`` states them."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import jsonargparse
+import torch
+
+import npss
+from baselines.manifold.autoencoder import AutoencoderConfig
+from baselines.manifold.normalization import SCALES
+from baselines.manifold.prepared import MotionSet
+from baselines.manifold.recipe import RECIPES, Recipe, Stage
+from baselines.training._files import write_atomically
+from baselines.training.config import FILE, _check_fields
+from baselines.training.windows import checked_seed
+from npss._checks import each, one_of
+
+__all__ = ["FILE", "Configuration", "Data", "data_of", "read", "write"]
+
+NAME = "manifold"
+LOSSES = ("mean", "sum")
+SELECT = ("best", "last")
+_MADE_WITH = "made_with"  # stated in the file for those who read it
+
+
+@dataclass(frozen=True)
+class Data:
+    """What a run is trained on.
+
+    Attributes
+    ----------
+    sources : tuple of str
+        Where the clips are from: ``cmu``, ``cmu-styles``, ``h36m``, ``synthetic``.
+    clips, windows : int
+        How many.
+    digest : str
+        Of all windows: the same if and only if they are, to the bit.
+    """
+
+    sources: tuple[str, ...] = ()
+    clips: int = 0
+    windows: int = 0
+    digest: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sources", tuple(each("sources", self.sources, "names")))  # read from JSON, a list
+        for name, kind in (("clips", int), ("windows", int), ("digest", str)):
+            if type(getattr(self, name)) is not kind:
+                raise TypeError(f"{name}: expected {kind.__name__}, got {getattr(self, name)!r}")
+
+
+def data_of(motion: MotionSet) -> Data:
+    """Say what a run is trained on."""
+    digest = hashlib.sha256(motion.windows.tobytes())
+    digest.update(motion.mask.tobytes())
+    sources = tuple(dict.fromkeys(clip.source for clip in motion.clips))
+    return Data(sources, len(motion.clips), len(motion.windows), digest.hexdigest())
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """All that a run depends on, but for where the data are and what it is computed on.
+
+    Attributes
+    ----------
+    name : str
+        ``'manifold'``.
+    model : AutoencoderConfig
+        The network.
+    scale : str
+        Of the features: see `baselines.manifold.normalization`.
+    loss : {'mean', 'sum'}
+        Of the squared errors of a window's values, and of the magnitudes of its hidden units.
+    layers, whole : Stage
+        How it is trained: each layer alone, then all together.
+    seed : int
+        Of the initial weights and of every iteration.
+    select : {'best', 'last'}
+        Which weights are kept, of those after each epoch of the last stage: with the least error on the validation
+        subjects, or the last ones.
+    quick : bool
+        Whether only a small part of the data is read.
+    data : Data
+        What it is trained on.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a field is not what it should be; the message begins with its name.
+    """
+
+    name: str
+    model: AutoencoderConfig
+    scale: str
+    loss: str
+    layers: Stage
+    whole: Stage
+    seed: int
+    select: str
+    quick: bool
+    data: Data
+
+    def __post_init__(self) -> None:
+        one_of("name", self.name, (NAME,))
+        one_of("scale", self.scale, SCALES)
+        one_of("loss", self.loss, LOSSES)
+        one_of("select", self.select, SELECT)
+        checked_seed(self.seed)
+        if not isinstance(self.quick, bool):
+            raise TypeError(f"quick: expected true or false, got {self.quick!r}")
+        if not self.layers.epochs and not self.whole.epochs:
+            raise ValueError("whole: no stage has an epoch")
+
+    @property
+    def phases(self) -> tuple[Phase, ...]:
+        """What training does, one after the other."""
+        layers = [Phase(f"layer {i + 1}", i, i + 1, self.layers) for i in range(self.model.depth)]
+        phases = [*layers, Phase("whole", 0, self.model.depth, self.whole)]
+        return tuple(phase for phase in phases if phase.stage.epochs)
+
+
+@dataclass(frozen=True)
+class Phase:
+    """Layers in training.
+
+    Attributes
+    ----------
+    name : str
+        For those who read it.
+    first, depth : int
+        The first layer, counted from 0, and up to how many layers there are: ``layers[first:depth]``.
+    stage : Stage
+        How.
+    """
+
+    name: str
+    first: int
+    depth: int
+    stage: Stage
+
+
+def defaults(recipe: str = "default") -> Configuration:
+    """Return what a run by a recipe is if nothing else is said."""
+    one_of("--recipe", recipe, tuple(RECIPES))
+    chosen: Recipe = RECIPES[recipe]
+    return Configuration(
+        name=NAME,
+        model=AutoencoderConfig(unpool=chosen.unpool),
+        scale=chosen.scale,
+        loss=chosen.loss,
+        layers=chosen.layers,
+        whole=chosen.whole,
+        seed=0,
+        select=SELECT[0],
+        quick=False,
+        data=Data(),
+    )
+
+
+def quick(configuration: Configuration) -> Configuration:
+    """Return a configuration with a small part of the data, and few epochs: for trying things."""
+    layers, whole = configuration.layers, configuration.whole
+    return replace(
+        configuration,
+        layers=replace(layers, epochs=min(layers.epochs, 5)),
+        whole=replace(whole, epochs=min(whole.epochs, 20)),
+        quick=True,
+    )
+
+
+def read(path: Path) -> Configuration:
+    """Read a configuration; what it does not state is that of the default recipe.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        If it is not one; names the file.
+    """
+    text = path.read_text(encoding="utf-8", errors="replace")
+    try:
+        stated = json.loads(text)
+        _check_fields("", stated, [_MADE_WITH, *(field.name for field in fields(Configuration))])
+        stated.pop(_MADE_WITH, None)
+        one_of("name", stated.pop("name", None), (NAME,))
+        known = defaults()
+        data = stated.pop("data", {})
+        _check_fields("data: ", data, [field.name for field in fields(Data)])
+        known = replace(known, quick=stated.pop("quick", False), data=Data(**data))
+        for group in ("model", "layers", "whole"):
+            _check_fields(f"{group}: ", stated.get(group, {}), [field.name for field in fields(getattr(known, group))])
+        parser = parser_of(known)
+        return configuration_of(known, parser, lambda: parser.parse_object(stated))
+    except (TypeError, ValueError) as error:  # JSON's errors among them
+        raise ValueError(f"{path}: {error}") from error
+
+
+def write(path: Path, configuration: Configuration, device: str) -> None:
+    """Write a configuration and, for those who read it, what the run is made with."""
+    made_with = {"npss": npss.__version__, "torch": str(torch.__version__), "device": device}
+    text = json.dumps({**asdict(configuration), _MADE_WITH: made_with}, indent=2) + "\n"
+    write_atomically(path, lambda part: part.write_text(text, encoding="utf-8"))
+
+
+def parser_of(known: Configuration) -> jsonargparse.ArgumentParser:
+    """Return what reads the fields of a configuration; those that are known are its defaults."""
+    parser = jsonargparse.ArgumentParser(
+        prog="python -m baselines train manifold",
+        usage="python -m baselines train manifold --out RUN [--cmu DIR] [--styles DIR] [--h36m DIR] [OPTION ...]",
+        description="Train the motion manifold. Without a folder of motion, on generated walks.",
+        exit_on_error=False,
+        allow_abbrev=False,
+        parser_mode="json",
+    )
+    parser.add_argument(
+        "--scale", choices=SCALES, help="what the features are divided by, which makes them of one size"
+    )
+    parser.add_argument("--loss", choices=LOSSES, help="of the squared errors of a window's values")
+    parser.add_argument("--seed", type=int, help="of the initial weights and of every iteration")
+    parser.add_argument(
+        "--select", choices=SELECT, help="which weights are kept: best on the validation subjects, or the last ones"
+    )
+    for name in ("model", "layers", "whole"):
+        parser.add_argument(f"--{name}", type=type(getattr(known, name)), default=getattr(known, name))
+    parser.set_defaults({name: getattr(known, name) for name in ("scale", "loss", "seed", "select")})
+    return parser
+
+
+def configuration_of(
+    known: Configuration, parser: jsonargparse.ArgumentParser, parse: Callable[[], Any]
+) -> Configuration:
+    """Make the configuration of what was parsed; of the data, what is known."""
+    try:
+        parsed = parser.instantiate(parse())
+    except argparse.ArgumentError as error:
+        there_are = ""
+        if "unrecognized" in str(error):
+            there_are = f"; there are --{', --'.join(sorted(parser.get_defaults().keys()))}"
+        raise ValueError(f"{error}{there_are}") from None
+    names = [field.name for field in fields(Configuration) if field.name not in ("name", "quick", "data")]
+    return replace(known, **{name: parsed[name] for name in names})

@@ -1,0 +1,122 @@
+"""How long the manifold takes to train by the paper's schedule, and to project a motion.
+
+``pytest benchmarks/test_manifold_speed.py -s``
+
+A step is one window of (160, 63), forwards, backwards and down the gradient: by hand (`OneWindow`), and by autograd and
+torch's SGD, in turn in one run. Read the ratio; and of the times, the best of a machine that does nothing else. Four
+phases of 25 epochs of 9673 windows, the paper's number, are extrapolated from both.
+
+``NPSS_MANIFOLD_SCHEDULE=25`` trains that schedule as the command does, on 9673 generated windows, and prints how long
+it took; ``=1`` does so with one epoch a phase. ``NPSS_THREADS`` is the number of threads, 2 if it is not set.
+"""
+
+import os
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="needs torch")
+pytest.importorskip("lightning", reason="needs lightning")
+
+from baselines.data.motion_synthetic import synthetic_clips  # noqa: E402
+from baselines.manifold import config, training  # noqa: E402
+from baselines.manifold._one_window import OneWindow  # noqa: E402
+from baselines.manifold.autoencoder import Autoencoder  # noqa: E402
+from baselines.manifold.normalization import Normalization  # noqa: E402
+from baselines.manifold.prepared import prepare  # noqa: E402
+from baselines.manifold.projector import Manifold  # noqa: E402
+
+WINDOWS, EPOCHS = 9673, 25
+WALKERS, FRAMES = 17, 160 + 80 * (WINDOWS // 17 - 1)  # 17 walks of 569 windows
+TURNS, STEPS = 10, 20
+
+
+@pytest.fixture(autouse=True)
+def threads():
+    before = torch.get_num_threads()
+    torch.set_num_threads(int(os.environ.get("NPSS_THREADS", "2")))
+    torch.manual_seed(0)
+    yield
+    torch.set_num_threads(before)
+
+
+def seconds(work):
+    start = time.perf_counter()
+    for _ in range(STEPS):
+        work()
+    return (time.perf_counter() - start) / STEPS
+
+
+def contenders(phase, network):
+    """A step by hand, and one by autograd, of the same layers and the same window."""
+    stage, layers = phase.stage, network.first(phase.depth)[phase.first :]
+    options = {"corruption": stage.corruption, "sparsity": stage.sparsity, "random": stage.unpool == "random"}
+    with torch.no_grad():
+        seen = network.encode(torch.randn(1, 160, 63) / 8, phase.first).contiguous()
+    of_frames = torch.full((1, seen.shape[1], 1), 1 / seen[0].numel())
+    of_steps = torch.full((1, 160 // 2**phase.depth, 1), 1e-4)
+    one = OneWindow(layers, seen.shape[1], **options)
+    optimizer = torch.optim.SGD([parameter for layer in layers for parameter in layer.parameters()], lr=1e-3)
+
+    @torch.no_grad()
+    def by_hand():
+        one.step(seen[0], of_frames[0], of_steps[0], 1e-3)
+
+    def autograd():
+        optimizer.zero_grad()
+        training.loss_of(layers, seen, of_frames, of_steps, **options).backward()
+        optimizer.step()
+
+    return by_hand, autograd
+
+
+def test_steps_of_the_papers_schedule():
+    configuration = config.defaults("paper")
+    network = Autoencoder(configuration.model)
+    print(f"\n{torch.get_num_threads()} threads; ms a step, the best of {TURNS} turns of {STEPS}")
+    print(f"{'phase':10}{'by hand':>9}{'autograd':>10}{'times faster':>14}")
+    total = np.zeros(2)
+    for phase in configuration.phases:
+        both = contenders(phase, network)
+        took = np.array([[seconds(step) for step in both] for _ in range(TURNS + 1)])[1:].min(0)
+        total += took
+        print(f"{phase.name:10}{1e3 * took[0]:9.2f}{1e3 * took[1]:10.2f}{took[1] / took[0]:14.2f}")
+    hand, autograd = total * WINDOWS * EPOCHS / 60
+    print(f"the whole, {EPOCHS} epochs of {WINDOWS} windows a phase: {hand:.0f} min, by autograd {autograd:.0f} min")
+
+
+def test_projection():
+    network = Autoencoder(config.defaults("paper").model).eval()
+    manifold = Manifold(network, Normalization(np.zeros(63), np.ones(63)), "untrained")
+    motions = np.random.default_rng(0).normal(0, 0.1, (64, 160, 63)).astype(np.float32)
+    print(f"\n{torch.get_num_threads()} threads; ms a window of (160, 63), the best of {TURNS} turns")
+    for what, project in (("encoded", manifold.encode), ("projected", manifold.project)):
+        single = min(seconds(lambda project=project: project(motions[:1])) for _ in range(TURNS))
+        starts = [time.perf_counter()]
+        for _ in range(TURNS):
+            project(motions)
+            starts.append(time.perf_counter())
+        batched = np.diff(starts).min() / len(motions)
+        print(f"{what:10} alone {1e3 * single:6.2f}   of {len(motions)} {1e3 * batched:6.2f}")
+
+
+@pytest.mark.skipif("NPSS_MANIFOLD_SCHEDULE" not in os.environ, reason="NPSS_MANIFOLD_SCHEDULE=25 runs it: see above")
+def test_the_whole_schedule(tmp_path):
+    epochs = int(os.environ["NPSS_MANIFOLD_SCHEDULE"])
+    training_set = prepare(synthetic_clips(WALKERS, FRAMES, seed=1))
+    validation_set = prepare(synthetic_clips(2, 500, seed=2))
+    assert training_set.windows.shape == (WINDOWS, 160, 63)
+    configuration = config.defaults("paper")
+    configuration = replace(
+        configuration,
+        layers=replace(configuration.layers, epochs=epochs),
+        whole=replace(configuration.whole, epochs=epochs),
+    )
+    start = time.perf_counter()
+    rows = training.train(configuration, training_set, validation_set, tmp_path)
+    took = time.perf_counter() - start
+    print(f"\n{torch.get_num_threads()} threads, {epochs} epochs of {WINDOWS} windows a phase: {took / 60:.1f} min")
+    for row in rows:
+        print(f"{row['phase']:8} epoch {row['epoch']:3} loss {row['loss']:.5f} joint error {row['error']:.4f}")
