@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,13 @@ import numpy as np
 
 from baselines.evaluate import Task, add_task_options, is_run, tasks_of
 from baselines.predictors import PREDICTORS, Predictor
+from npss import parse_signature, signature
 from npss._cli import report
 from npss._cli.leaderboard import add_options, board_of, show
 from npss._files import Pair
-from npss._submissions import check_truths, read_submissions, records_of
+from npss._progress import Progress
+from npss._records import Record
+from npss._submissions import Submissions, check_truths, read_submissions, records_of
 
 _DESCRIPTION = """\
 Rank predictors, and models of which there are prediction files, on the same test windows: Euler error and NPSS with
@@ -36,6 +40,10 @@ def add_parser(commands: Any) -> None:
     )
     add_task_options(parser)
     add_options(parser)
+    parser.add_argument(
+        "--metrics", nargs="+", choices=("G",), default=(), help="beside NPSS and the Euler error; G needs --manifold"
+    )
+    parser.add_argument("--manifold", type=Path, metavar="RUN", help="the folder of the manifold of which G is")
     parser.add_argument("--report", type=Path, metavar="FILE", help="write a page (HTML) with all there is to see")
     parser.set_defaults(run=run)
 
@@ -44,9 +52,14 @@ def run(options: argparse.Namespace) -> None:
     """Write the page, and print the leaderboard."""
     if options.report:
         report.check_folder(options.report)
+    if bool(options.metrics) != (options.manifold is not None):
+        raise ValueError("--manifold RUN names the manifold of --metrics G: give both, or neither")
     tasks = list(tasks_of(options))
     submissions = submit(options.models or list(PREDICTORS), tasks)
-    board = board_of(records_of(submissions, protocol=tasks[0].protocol), options)
+    records = records_of(submissions, protocol=tasks[0].protocol)
+    if options.metrics:
+        add_g(records, submissions, options.manifold)
+    board = board_of(records, options)
     if options.report:
         report.write(options.report, submissions, board)
     show(board, options)
@@ -80,6 +93,25 @@ def submit(models: list[str], tasks: list[Task]) -> dict[str, dict[str, Pair]]:
     truth = {task.action: Pair(task.action, task.target, task.target) for task in tasks}
     check_truths({"the test windows": truth, **found})
     return found
+
+
+def add_g(records: Sequence[Record], submissions: Submissions, manifold: Path) -> None:
+    """Measure the distance G of every prediction, by the manifold in that folder, and add it to its record."""
+    # They import torch, which predictors do not need.
+    from baselines.manifold.distance import g_of_poses
+    from baselines.manifold.runs import load
+
+    projector = load(manifold).projector
+    with Progress("G") as progress:
+        for done, record in enumerate(records, 1):
+            pair = submissions[record["model"]][record["action"]]
+            distances = g_of_poses(projector, pair.gt, pair.pred)
+            stated = parse_signature(record["signature"])
+            same = {name: stated[name] for name in ("frames", "fps", "protocol")}
+            record["metrics"] = {"G": float(distances.mean())}
+            record["sequences"]["metrics"] = {"G": distances.tolist()}
+            record["signatures"]["G"] = signature(None, metric="g", manifold=projector.signature, **same)
+            progress(done / len(records))
 
 
 def _predicted(predictor: Predictor, task: Task) -> Pair:

@@ -1,0 +1,121 @@
+"""What uses are measured on and with: held-out motion, manifolds, and their rivals."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from baselines.manifold import pca, restore
+from baselines.manifold.corrupt import Corrupted
+from baselines.manifold.normalization import Normalization
+from baselines.manifold.pca import PCA
+from baselines.manifold.prepared import TEST_SUBJECTS, MotionSet
+from baselines.manifold.projector import Manifold, Projector
+from baselines.manifold.restore import Windows
+from baselines.manifold.rivals import best_sizes, truncated
+from baselines.manifold.split import split
+from npss._checks import Array
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Manifolds, their rivals, and the motion by which they are measured.
+
+    Attributes
+    ----------
+    motions : MotionSet
+        All of it, divided by subject as for training: rivals are fitted to what manifolds are trained on, and restoring
+        is measured on what is held out.
+    manifolds : mapping of str to Manifold
+        By name, one or more. The mean of the first is what lost values become, and rivals see features as it does.
+    seed : int
+        Of all that is random.
+    """
+
+    motions: MotionSet
+    manifolds: Mapping[str, Manifold]
+    seed: int = 0
+
+    @property
+    def normalization(self) -> Normalization:
+        """That of the first manifold."""
+        return next(iter(self.manifolds.values())).normalization
+
+    @cached_property
+    def training(self) -> MotionSet:
+        """What rivals are fitted to."""
+        return split(self.motions).training
+
+    @cached_property
+    def test(self) -> MotionSet:
+        """What is held out."""
+        test = split(self.motions).test
+        if test is None:
+            raise ValueError(f"there is no motion of those who are held out, {', '.join(TEST_SUBJECTS)}")
+        return test
+
+    @cached_property
+    def windows(self) -> Windows:
+        """The windows that are held out, in float64."""
+        return Windows(self.test.windows.astype(np.float64), self.test.mask)
+
+    @cached_property
+    def rival(self) -> PCA:
+        """Principal components of the size of the first manifold's code, or as many as training windows allow."""
+        size = next(iter(self.manifolds.values())).encode(self.training.windows[:1]).size
+        return pca.fit(self.training.windows, self.normalization, n_components=size)
+
+    @cached_property
+    def best_sizes(self) -> dict[str, int]:
+        """How many components restore best, by use."""
+        return best_sizes(self.training, self.normalization, tuple(restore.USES), seed=self.seed)
+
+    def projectors(self, use: str = "") -> dict[str, Projector]:
+        """Return what projects: ``pca``, for uses that restore ``pca-best`` where there is one, and the manifolds."""
+        size = self.best_sizes.get(use) if use in restore.USES else None
+        best = {} if size is None else {"pca-best": truncated(self.rival, size)}
+        return {"pca": self.rival, **best, **self.manifolds}
+
+    def corrupted(self, use: str) -> Corrupted:
+        """Return what a use leaves of the windows that are held out."""
+        return restore.corrupted(use, self.windows, self.normalization.mean, seed=self.seed)
+
+    def restored(self, use: str, left: Corrupted) -> dict[str, Array]:
+        """Return what each method makes of what is left."""
+        motions: dict[str, Array] = {"input": left.features}
+        lost = ~left.known
+        if (lost.any(axis=1) & ~lost.all(axis=1)).any():  # there is something to interpolate between
+            motions["linear"] = restore.linear(left)
+        projected = {name: one.project(left.features) for name, one in self.projectors(use).items()}
+        motions |= projected
+        if lost.any():
+            motions |= {
+                f"{name}, known kept": restore.keep_known(left, motion)
+                for name, motion in projected.items()
+                if name != "pca"
+            }
+        return motions
+
+    @cached_property
+    def _rival_signature(self) -> str:
+        return self.rival.signature
+
+    def signature_of(self, use: str, method: str) -> str | None:
+        """Return the signature of what a method projects by; None if it does not."""
+        name = method.partition(",")[0]
+        if name == "pca-best":
+            size = min(self.best_sizes[use], len(self.rival.components))
+            return f"{size} components of {self._rival_signature}"
+        return self._rival_signature if name == "pca" else getattr(self.manifolds.get(name), "signature", None)
+
+
+def fingerprint(motions: MotionSet) -> str:
+    """Return what tells a set of motion from any other, for signatures."""
+    digest = hashlib.sha256()
+    for clip, features in zip(motions.clips, motions.features, strict=True):
+        digest.update(f"{clip.source}/{clip.name}".encode() + features.tobytes())
+    return digest.hexdigest()[:12]

@@ -1,0 +1,165 @@
+"""``python -m baselines manifold``: the table, the pictures, and the commands that print and draw them."""
+
+import json
+import shutil
+from dataclasses import replace
+
+import pytest
+import torch
+
+import npss
+from baselines.__main__ import main
+from baselines.manifold import evaluation, gallery, runs, table
+from baselines.manifold.autoencoder import Autoencoder, AutoencoderConfig
+from baselines.manifold.bench import Bench
+from baselines.manifold.config import FILE, defaults, write
+from baselines.manifold.normalization import normalization
+from baselines.manifold.prepared import motion_set
+from baselines.manifold.projector import Manifold
+from baselines.manifold.restore import USES
+
+
+def manifold_of(motions, seed=0):
+    torch.manual_seed(seed)
+    network = Autoencoder(AutoencoderConfig(widths=(12, 10), kernel=5)).eval()
+    return Manifold(network, normalization(motions.windows, motions.mask, "kind"), f"untrained-{seed}")
+
+
+@pytest.fixture(scope="module")
+def motions():
+    return motion_set(quick=True)  # 8 walks
+
+
+@pytest.fixture(scope="module")
+def bench(motions):
+    return Bench(motions, {"manifold": manifold_of(motions)})
+
+
+@pytest.fixture(scope="module")
+def records(bench):
+    return list(table.records_of(bench))
+
+
+class TestTable:
+    def test_a_table_a_use(self, records):
+        text = table.text(records)
+        for use in (*USES, "interpolate", "sample", "filters"):
+            assert f"\n{use}: " in f"\n{text}"
+        assert "joint_error+bone_error+npss|version:1|convention:paper|frames:160|fps:30|" in text
+        assert "model of manifold: untrained-0" in text
+
+    def test_the_best_is_marked_but_not_the_input(self, records):
+        repair = table.text([r for r in records if r["use"] == "repair"]).splitlines()
+        linear = next(line for line in repair if line.startswith("linear"))
+        assert linear.count("*") == 3
+        assert not any("*" in line for line in repair if line.startswith("input"))
+
+    def test_markdown(self, records):
+        assert "| method |" in table.text([r for r in records if r["use"] == "repair"], markdown=True).replace("  ", "")
+
+    def test_several_manifolds_stand_beside_each_other(self, motions):
+        two = Bench(motions, {"one": manifold_of(motions), "two": manifold_of(motions, 1)})
+        left = two.corrupted("repair")
+        methods = {r["method"] for r in evaluation.restoration(two, "repair", left, two.restored("repair", left))}
+        assert {"one", "two", "one, known kept", "two, known kept", "pca"} <= methods
+
+
+class TestPictures:
+    def test_all(self, bench, records):
+        drawn = dict(gallery.all_pictures(bench, records))
+        assert set(drawn) == {*USES, "interpolate", "sample", "filters", "nearest"}
+        (axes,) = drawn["repair"].axes
+        assert [text.get_text() for text in axes.texts][:3] == ["original", "input", "linear"]
+        assert [len(lines.get_segments()) for lines in axes.collections] == [12 * 19] * 8
+
+    def test_bars(self):
+        line = npss.signature(None, metric="map", source="cmu", matches="any", model="m")
+        records = [
+            {"use": "nearest", "method": method, "metric": "map", "value": v, "signature": line}
+            for method, v in (("euclidean", 0.4), ("manifold", 0.6))
+        ]
+        figure = gallery.retrieval(records)
+        assert [bar.get_width() for bar in figure.axes[0].patches] == [0.4, 0.6]
+
+    def test_no_such_clip(self, bench, motions):
+        assert gallery.clip_named(motions, "synthetic/gait/3") == gallery.clip_named(motions, "gait/3") == 3
+        with pytest.raises(ValueError, match="CLIP: 0 of 8 clips are called '99_01'; the first are gait/0"):
+            gallery.clip_named(motions, "99_01")
+
+
+@pytest.fixture(scope="module")
+def run(motions, tmp_path_factory):
+    """The folder of a run that nothing was trained in."""
+    folder = tmp_path_factory.mktemp("runs") / "untrained"
+    folder.mkdir()
+    manifold = manifold_of(motions)
+    configuration = replace(defaults(), model=manifold.network.config)
+    write(folder / FILE, configuration, "cpu")
+    runs.save(folder, configuration, manifold.network, manifold.normalization, {})
+    return folder
+
+
+class TestCommands:
+    @pytest.mark.parametrize("use", [*USES, "interpolate", "sample", "filters"])
+    def test_numbers_and_a_picture(self, use, run, records, tmp_path, capsys):
+        picture = tmp_path / "picture.svg"
+        assert main(["manifold", use, str(run), "--quick", "--format", "json", "-o", str(picture)]) == 0
+        printed = json.loads(capsys.readouterr().out)
+        expected = [r for r in records if r["use"] == use]
+        assert [(r["method"], r["metric"]) for r in printed] == [(r["method"], r["metric"]) for r in expected]
+        assert [r["value"] for r in printed] == pytest.approx([r["value"] for r in expected], rel=1e-4)
+        assert picture.stat().st_size > 5000
+
+    def test_a_clip_of_ones_choice(self, run, tmp_path, capsys):
+        options = [str(run), "--quick", "-o", str(tmp_path / "picture.svg")]
+        assert main(["manifold", "fill", *options, "--clip", "gait/1"]) == 0
+        assert "gait/1: gait; held out" in (tmp_path / "picture.svg").read_text()
+        assert main(["manifold", "fill", *options, "--clip", "gait/5"]) == 2  # not held out
+        assert "CLIP: 0 of 2 clips are called 'gait/5'" in capsys.readouterr().err
+        assert main(["manifold", "interpolate", *options, "--clips", "gait/1", "gait/5"]) == 0
+        assert main(["manifold", "filters", *options, "--units", "3", "5"]) == 0
+        assert main(["manifold", "filters", *options, "--units", "99"]) == 2
+
+    def test_distance(self, run, bench, tmp_path, capsys):
+        options = [str(run), "gait/0", "gait/5", "--quick", "-o", str(tmp_path / "pair.svg")]
+        assert main(["manifold", "distance", *options, "--format", "json"]) == 0
+        printed = json.loads(capsys.readouterr().out)
+        expected = list(evaluation.distance(bench, 0, 5))
+        assert [r["value"] for r in printed] == pytest.approx([r["value"] for r in expected], rel=1e-4)
+        assert main(["manifold", "distance", *options, "--format", "table"]) == 0
+        assert f"manifold   g         {printed[0]['value']:.4f}" in capsys.readouterr().out
+        assert "g by manifold" in (tmp_path / "pair.svg").read_text()
+
+    def test_nearest(self, run, bench, tmp_path, capsys):
+        picture = tmp_path / "near.svg"
+        options = ["manifold", "nearest", str(run), "--quick", "--format", "json", "-o", str(picture)]
+        assert main([*options, "--clip", "gait/4", "-n", "3"]) == 0
+        printed = json.loads(capsys.readouterr().out)
+        expected = [r["clip"] for r in evaluation.ranking(bench, 4, 3)]
+        assert [r["clip"] for r in printed] == expected
+        assert picture.stat().st_size > 5000
+
+    def test_several_runs_in_a_table(self, run, tmp_path, capsys):
+        other = tmp_path / "other"
+        shutil.copytree(run, other)
+        pictures = tmp_path / "pictures"
+        options = ["--quick", "--format", "table", "--pictures", str(pictures)]
+        assert main(["manifold", "table", str(run), str(other), *options]) == 0
+        printed = capsys.readouterr().out
+        assert "model of untrained: manifold-" in printed
+        assert "model of other: manifold-" in printed
+        assert {path.name for path in pictures.iterdir()} >= {"repair.png", "interpolate.png", "nearest.png"}
+        assert main(["manifold", "table", str(run), str(run), "--quick"]) == 2
+        assert "RUN: folders of the same name" in capsys.readouterr().err
+
+    def test_no_run(self, tmp_path, capsys):
+        assert main(["manifold", "table", str(tmp_path)]) == 2
+        assert "config.json" in capsys.readouterr().err
+
+    def test_on_real_motion(self, run, cmu_root, tmp_path, capsys):
+        """From raw files to numbers; the weights are of generated walks."""
+        options = [str(run), "--quick", "--cmu", str(cmu_root), "--cache", str(tmp_path), "--format", "json"]
+        assert main(["manifold", "nearest", *options]) == 0
+        printed = json.loads(capsys.readouterr().out)
+        found = {(r["method"], r["metric"]): r["value"] for r in printed if r["use"] == "nearest"}
+        assert 0 < found["chance", "map"] < found["extremes", "map"] <= 1
