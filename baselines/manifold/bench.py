@@ -16,7 +16,7 @@ from baselines.manifold.pca import PCA
 from baselines.manifold.prepared import TEST_SUBJECTS, MotionSet
 from baselines.manifold.projector import Manifold, Projector
 from baselines.manifold.restore import Windows
-from baselines.manifold.rivals import best_sizes, truncated
+from baselines.manifold.rivals import ALL, best_sizes, truncated
 from baselines.manifold.split import split
 from npss._checks import Array
 
@@ -77,7 +77,7 @@ class Bench:
     def projectors(self, use: str = "") -> dict[str, Projector]:
         """Return what projects: ``pca``, for uses that restore ``pca-best`` where there is one, and the manifolds."""
         size = self.best_sizes.get(use) if use in restore.USES else None
-        best = {} if size is None else {"pca-best": truncated(self.rival, size)}
+        best = {} if size is None else {"pca-best": self.rival if size == ALL else truncated(self.rival, size)}
         return {"pca": self.rival, **best, **self.manifolds}
 
     def corrupted(self, use: str) -> Corrupted:
@@ -90,7 +90,10 @@ class Bench:
         lost = ~left.known
         if (lost.any(axis=1) & ~lost.all(axis=1)).any():  # there is something to interpolate between
             motions["linear"] = restore.linear(left)
-        projected = {name: one.project(left.features) for name, one in self.projectors(use).items()}
+        projected: dict[str, Array] = {}
+        for name, projector in self.projectors(use).items():
+            same = name == "pca-best" and projector is self.rival
+            projected[name] = projected["pca"] if same else projector.project(left.features)
         motions |= projected
         if lost.any():
             motions |= {

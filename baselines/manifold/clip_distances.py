@@ -73,5 +73,5 @@ def clip_distances(
 
 
 def clip_extremes(motions: MotionSet, projector: Projector) -> Float64:
-    """Return the extremes of the code of every clip ``(N, 2 H)``: the distance G is the squared distance of two rows."""
+    """Return the extremes of the code of every clip, ``(N, 2 H)``: G is the squared distance of two rows."""
     return np.stack([extremes(projector.encode(clip[np.newaxis])[0]) for clip in motions.features])

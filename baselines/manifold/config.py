@@ -19,7 +19,7 @@ from baselines.manifold.normalization import SCALES
 from baselines.manifold.prepared import MotionSet
 from baselines.manifold.recipe import RECIPES, Recipe, Stage
 from baselines.training._files import write_atomically
-from baselines.training.config import FILE, _check_fields
+from baselines.training.config import FILE, check_fields
 from baselines.training.windows import checked_seed
 from npss._checks import each, one_of
 
@@ -187,15 +187,15 @@ def read(path: Path) -> Configuration:
     text = path.read_text(encoding="utf-8", errors="replace")
     try:
         stated = json.loads(text)
-        _check_fields("", stated, [_MADE_WITH, *(field.name for field in fields(Configuration))])
+        check_fields("", stated, [_MADE_WITH, *(field.name for field in fields(Configuration))])
         stated.pop(_MADE_WITH, None)
         one_of("name", stated.pop("name", None), (NAME,))
         known = defaults()
         data = stated.pop("data", {})
-        _check_fields("data: ", data, [field.name for field in fields(Data)])
+        check_fields("data: ", data, [field.name for field in fields(Data)])
         known = replace(known, quick=stated.pop("quick", False), data=Data(**data))
         for group in ("model", "layers", "whole"):
-            _check_fields(f"{group}: ", stated.get(group, {}), [field.name for field in fields(getattr(known, group))])
+            check_fields(f"{group}: ", stated.get(group, {}), [field.name for field in fields(getattr(known, group))])
         parser = parser_of(known)
         return configuration_of(known, parser, lambda: parser.parse_object(stated))
     except (TypeError, ValueError) as error:  # JSON's errors among them

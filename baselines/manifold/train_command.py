@@ -18,7 +18,7 @@ from baselines.manifold.prepared import MotionSet, motion_set
 from baselines.manifold.projector import Projector
 from baselines.manifold.recipe import RECIPES
 from baselines.manifold.split import split, subjects_of
-from baselines.training.arguments import DEVICES, _file_of
+from baselines.training.arguments import DEVICES, file_of, refuse_changes
 
 Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
 
@@ -96,7 +96,7 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
         options, rest = _add_options(parser).parse_known_args(arguments)
     except argparse.ArgumentError as error:
         raise ValueError(str(error)) from None
-    file = _file_of(options)
+    file = file_of(options)
     if file is not None and options.recipe is not None:
         raise ValueError(f"--recipe: {file} states one already")
     known = config.defaults(options.recipe or "default") if file is None else config.read(file)
@@ -112,18 +112,8 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     reader = config.parser_of(known)
     configuration = config.configuration_of(known, reader, lambda: reader.parse_args(rest))
     if file is not None and resumed:
-        _refuse_changes(file, configuration)
+        refuse_changes(file, asdict(config.read(file)), asdict(configuration))
     return configuration, options
-
-
-def _refuse_changes(file: Path, configuration: Configuration) -> None:
-    """Raise if a run was to be resumed with another configuration than it has."""
-    stored = asdict(config.read(file))
-    changed = [name for name, value in asdict(configuration).items() if value != stored[name]]
-    if changed:
-        raise ValueError(
-            f"--resume: {file} has another value of {', '.join(changed)}; leave it out, or begin a new run"
-        )
 
 
 def error_of(projector: Projector, motion: MotionSet) -> float:

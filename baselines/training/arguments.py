@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from baselines.data import h36m
 from baselines.models import MODELS
@@ -44,7 +44,7 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
         _add_options(parser_of(defaults(name or next(iter(MODELS))))).print_help()
         raise SystemExit(0)
     options = _options(rest)
-    file = _file_of(options)
+    file = file_of(options)
     if name is None and file is None:
         raise ValueError(f"MODEL: expected one of {', '.join(MODELS)}, or --config FILE")
     known = defaults(str(name)) if file is None else vars(read(file)).copy()
@@ -56,7 +56,7 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     parser = _add_options(parser_of(known))
     configuration = configuration_of(known["name"], parser, lambda: parser.parse_args(rest))
     if file is not None and file == options.out / FILE:
-        _refuse_changes(file, configuration)
+        refuse_changes(file, asdict(read(file)), asdict(configuration))
     return configuration, options
 
 
@@ -82,7 +82,7 @@ def _add_options(parser: Parser) -> Parser:
     return parser
 
 
-def _file_of(options: argparse.Namespace) -> Path | None:
+def file_of(options: argparse.Namespace) -> Path | None:
     """Return the file to begin with, after making sure that no run is overwritten."""
     if options.out is None:
         raise ValueError("--out RUN names the folder of the run")
@@ -95,10 +95,9 @@ def _file_of(options: argparse.Namespace) -> Path | None:
     return stored
 
 
-def _refuse_changes(file: Path, configuration: Configuration) -> None:
-    """Raise if a run was to be resumed with another configuration than it has."""
-    stored = asdict(read(file))
-    changed = [name for name, value in asdict(configuration).items() if value != stored[name]]
+def refuse_changes(file: Path, stored: dict[str, Any], asked: dict[str, Any]) -> None:
+    """Raise if a run was to be resumed with another configuration than is stored in its file."""
+    changed = [name for name, value in asked.items() if value != stored[name]]
     if changed:
         raise ValueError(
             f"--resume: {file} has another value of {', '.join(changed)}; leave it out, or begin a new run"

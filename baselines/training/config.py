@@ -107,20 +107,20 @@ def read(path: Path) -> Configuration:
     text = path.read_text(encoding="utf-8", errors="replace")
     try:
         stated = json.loads(text)
-        _check_fields("", stated, [_MADE_WITH, *(field.name for field in fields(Configuration))])
+        check_fields("", stated, [_MADE_WITH, *(field.name for field in fields(Configuration))])
         stated.pop(_MADE_WITH, None)
         name = stated.pop("name", None)
         one_of("name", name, tuple(MODELS))
         known = defaults(name)
         for group in ("model", "recipe"):
-            _check_fields(f"{group}: ", stated.get(group, {}), [field.name for field in fields(known[group])])
+            check_fields(f"{group}: ", stated.get(group, {}), [field.name for field in fields(known[group])])
         parser = parser_of(known)
         return configuration_of(name, parser, lambda: parser.parse_object(stated))
     except (TypeError, ValueError) as error:  # JSON's errors among them
         raise ValueError(f"{path}: {error}") from error
 
 
-def _check_fields(where: str, stated: object, names: Sequence[str]) -> None:
+def check_fields(where: str, stated: object, names: Sequence[str]) -> None:
     """Raise unless it is an object with no other fields; jsonargparse would import a class that one may name."""
     if not isinstance(stated, dict):
         raise ValueError(f"{where}expected an object, got {stated!r}")
