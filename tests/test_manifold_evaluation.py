@@ -155,6 +155,16 @@ class TestOtherUses:
 
         assert all(clip_of(a) != clip_of(b) for a, b in zip(first, second, strict=True))
 
+    def test_two_clips_of_ones_choice(self, bench):
+        records = list(evaluation.interpolation(bench, (2, 5)))
+        first, second = (evaluation.first_window(bench.motions, clip) for clip in (2, 5))
+        assert np.array_equal(first[0], bench.motions.features[2][:160])
+        blends = np.concatenate([(1 - share) * first + share * second for share in (0.25, 0.5, 0.75)])
+        expected = evaluation.validity(blends)
+        assert value(records, "interpolate", "linear", "bone_error") == pytest.approx(expected["bone_error"])
+        assert value(records, "interpolate", "linear", "foot_speed") == pytest.approx(expected["foot_speed"])
+        assert npss.parse_signature(records[0]["signature"])["clips"] == "gait/2 gait/5"
+
     def test_one_clip_is_not_enough(self, bench):
         one = bench.test.only(subjects=["synthetic/0"])
         with pytest.raises(ValueError, match="motions: to interpolate, it takes whole windows of two clips"):

@@ -37,7 +37,12 @@ def add_parser(commands: Any) -> None:
         restore.add_argument("--clip", metavar="CLIP", help="of held-out subjects: what to draw (default: the first)")
         restore.set_defaults(use=use)
     interpolate = _use(uses, "interpolate", "between two motions, in the hidden space", run_interpolation)
-    interpolate.add_argument("--clips", nargs=2, metavar="CLIP", help="what to draw (default: 13_30, and a walk)")
+    interpolate.add_argument(
+        "--clips",
+        nargs=2,
+        metavar="CLIP",
+        help="which two (default: pairs of held-out windows; drawn, 13_30 and a walk)",
+    )
     _use(uses, "sample", "motion from codes drawn at random", run_sampling)
     filters = _use(uses, "filters", "the motion that excites a hidden unit", run_filters)
     filters.add_argument("--units", nargs="+", type=int, metavar="N", help="what to draw (default: what varies most)")
@@ -90,9 +95,10 @@ def run_interpolation(options: argparse.Namespace) -> None:
     from baselines.manifold import evaluation, gallery
 
     bench = _bench(options)
-    _show(options, list(evaluation.interpolation(bench)))
+    clips = options.clips and [gallery.clip_named(bench.motions, clip) for clip in options.clips]
+    _show(options, list(evaluation.interpolation(bench, clips)))
     if options.output:
-        _save(options.output, gallery.interpolation(bench, options.clips))
+        _save(options.output, gallery.interpolation(bench, clips))
 
 
 def run_sampling(options: argparse.Namespace) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -55,18 +55,23 @@ def restoration(bench: Bench, use: str) -> Iterator[Record]:
         yield from _records(bench, use, method, values, stated)
 
 
-def interpolation(bench: Bench) -> Iterator[Record]:
-    """Measure whether motion between two held-out windows is possible: lengths of bones, and feet that slide.
+def interpolation(bench: Bench, clips: Sequence[int] | None = None) -> Iterator[Record]:
+    """Measure whether motion between two windows is possible: lengths of bones, and feet that slide.
 
-    Metrics are means over `SHARES`: ``bone_error``, and ``foot_speed`` in heights per second. Method ``input`` is the
-    motions themselves, ``linear`` features blended.
+    The windows are the first ones of two clips, or random pairs of what is held out. Metrics are means over `SHARES`:
+    ``bone_error``, and ``foot_speed`` in heights per second. Method ``input`` is the motions themselves, ``linear``
+    features blended.
     """
-    first, second = pairs(bench.test, PAIRS, rng=np.random.default_rng(bench.seed))
+    if clips is None:
+        first, second = pairs(bench.test, PAIRS, rng=np.random.default_rng(bench.seed))
+        stated = _stated(bench.test, pairs=len(first), seed=bench.seed)
+    else:
+        first, second = (first_window(bench.motions, clip) for clip in clips)
+        stated = _stated(bench.motions, clips=" ".join(bench.motions.clips[clip].name for clip in clips))
     motions = {"input": [first, second], "linear": [blend(first, second, share) for share in SHARES]}
     for name, projector in bench.projectors().items():
         motions[name] = [interpolate(projector, first, second, share) for share in SHARES]
-    shares = " ".join(f"{share:g}" for share in SHARES)
-    stated = _stated(bench.test, frames=first.shape[1], pairs=len(first), shares=shares, seed=bench.seed)
+    stated |= {"frames": first.shape[1], "shares": " ".join(f"{share:g}" for share in SHARES)}
     for method, several in motions.items():
         values = validity(np.concatenate(several))
         del values["joint_speed"]
@@ -214,6 +219,12 @@ def pairs(motions: MotionSet, n: int, *, rng: np.random.Generator) -> tuple[Arra
             chosen.append((whole[first], whole[second]))
     first, second = np.array(chosen).T
     return motions.windows[first].astype(np.float64), motions.windows[second].astype(np.float64)
+
+
+def first_window(motions: MotionSet, clip: int) -> Array:
+    """Return the first window of a clip, ``(1, T, F)``."""
+    window: Array = motions.windows[motions.clip_of == clip][:1].astype(np.float64)
+    return window
 
 
 def _stated(motions: MotionSet, **context: Any) -> dict[str, Any]:

@@ -57,26 +57,27 @@ def restoration(bench: Bench, use: str, *, clip: str | None = None) -> Figure:
     rows = {"original": bench.windows.features[[window]], **bench.restored(use, of_window)}
     if use == "project":
         del rows["input"]
+    if "pca-best" in rows:
+        del rows["pca"]
     n_frames = int(bench.test.mask[window].sum())
     drawn = {name: local_positions(motion[0, :n_frames]) for name, motion in rows.items()}
-    return pictures.strips(drawn, f"{use}: {USES[use]}", f"{_said(bench.test, window)}; held out")
+    return pictures.strips(drawn, f"{use}: {USES[use]}", f"{_said(bench.test, bench.test.clip_of[window])}; held out")
 
 
-def interpolation(bench: Bench, clips: Sequence[str] | None = None) -> Figure:
-    """Draw two motions, and what is half-way between them."""
+def interpolation(bench: Bench, clips: Sequence[int] | None = None) -> Figure:
+    """Draw two motions, and what is between them."""
     motions = bench.motions
-    chosen = _pair(motions) if clips is None else [clip_named(motions, clip) for clip in clips]
-    windows = [int(np.flatnonzero(motions.clip_of == clip)[0]) for clip in chosen]
-    first, second = (motions.windows[[window]].astype(np.float64) for window in windows)
-    rows = {_called(motions, chosen[0]): first, "linear, 0.5": blend(first, second, 0.5)}
+    chosen = _pair(motions) if clips is None else clips
+    first, second = (evaluation.first_window(motions, clip) for clip in chosen)
+    rows = {motions.clips[chosen[0]].name: first, "linear, 0.5": blend(first, second, 0.5)}
     for name, projector in bench.projectors().items():
         shares = (0.25, 0.5, 0.75) if name in bench.manifolds else (0.5,)
         rows |= {f"{name}, {share:g}": interpolate(projector, first, second, share) for share in shares}
-    rows[_called(motions, chosen[1])] = second
+    rows[motions.clips[chosen[1]].name] = second
     return pictures.strips(
         {name: local_positions(motion[0]) for name, motion in rows.items()},
         "numbers are shares of the second",
-        *(_said(motions, window) for window in windows),
+        *(_said(motions, clip) for clip in chosen),
     )
 
 
@@ -157,10 +158,6 @@ def all_pictures(bench: Bench, records: Sequence[Record]) -> Iterator[tuple[str,
         yield "retrieval", retrieval(records)
 
 
-def _called(motions: MotionSet, clip: int) -> str:
-    return motions.clips[clip].name
-
-
-def _said(motions: MotionSet, window: int) -> str:
-    clip = motions.clips[motions.clip_of[window]]
-    return f"{clip.source} {clip.name}: {clip.description}"
+def _said(motions: MotionSet, clip: int) -> str:
+    what = motions.clips[clip]
+    return f"{what.source} {what.name}: {what.description}"

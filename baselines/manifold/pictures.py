@@ -52,6 +52,7 @@ def strips(
     """
     figure = new_figure(_WIDTH, _HEIGHT * (_ROW * len(motions) + _BELOW) + 0.14 * (len(notes) + 2))
     from matplotlib.collections import LineCollection
+    from matplotlib.patches import Rectangle
 
     axes = figure.subplots()
     space = (_WIDTH / _HEIGHT - _NAME) / n_figures  # between figures, in heights
@@ -68,9 +69,10 @@ def strips(
         drawn = np.stack([across + places[:, np.newaxis], up + ground], axis=-1)[:, bones]  # (figures, bones, 2, 2)
         order = np.argsort(near[:, bones].mean(axis=2), axis=1, kind="stable")  # what is near last
         lines = np.take_along_axis(drawn, order[..., np.newaxis, np.newaxis], axis=1).reshape(-1, 2, 2)
-        axes.add_collection(
-            LineCollection(list(lines), colors=colours[order].ravel(), linewidths=1.1, capstyle="round")
-        )
+        figures = LineCollection(list(lines), colors=colours[order].ravel(), linewidths=1.1, capstyle="round")
+        axes.add_collection(figures)
+        band = Rectangle((0, ground - _BELOW), space * n_figures, _ROW + _BELOW, transform=axes.transData)
+        figures.set_clip_path(band)  # what is thrown about stays in its row
         axes.plot([0, space * n_figures], [ground, ground], color="#DDDDDD", linewidth=0.6, zorder=0)
         axes.text(-_NAME, ground + 0.5, label(name).replace(", ", ",\n"), fontsize=SMALL, va="center")
         if not same_length or row == len(motions) - 1:
