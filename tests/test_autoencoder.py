@@ -272,6 +272,9 @@ def test_statistics_are_of_the_frames_that_are_there(scale):
     again = statistics.unnormalize(statistics.normalize(windows))
     np.testing.assert_allclose(again, windows, atol=1e-12)
     assert np.abs(statistics.normalize(frames).mean(0)).max() < 1e-12
+    smaller = normalization(windows, mask, scale, 0.1)
+    assert np.array_equal(smaller.mean, statistics.mean)
+    np.testing.assert_allclose(smaller.normalize(frames), statistics.normalize(frames) / 10)
     windows[~mask] = 1e9
     assert np.array_equal(normalization(windows, mask, scale).scale, statistics.scale)
 

@@ -57,8 +57,10 @@ def configured(**changes):
     """Both kinds of stages: layers by single windows and SGD, the whole by batches and Adam."""
     usual = {
         "model": TINY,
+        "size": 0.5,
+        "start": "glorot",
         "layers": Stage(epochs=2, lr=0.05, lr_decay=0.9, sparsity=0.01, unpool="random"),
-        "whole": Stage(epochs=3, batch=3, optimizer="adam", lr=1e-2, lr_schedule="cosine", clip_norm=0.3),
+        "whole": Stage(epochs=3, batch=3, optimizer="adam", lr=1e-2, lr_schedule="cosine", clip_norm=0.1, rescale=True),
     }
     return replace(config.defaults(), **usual | changes)
 
@@ -196,6 +198,7 @@ def test_training_is_the_plain_loop(sets, tmp_path):
     mean = frames.mean(0)
     scale = frames.std(0)
     scale[:60] = np.sqrt(np.mean(scale[:60] ** 2))
+    scale /= 0.5
     windows = torch.from_numpy(((training_set.windows - mean) / scale).astype(np.float32))
     n = len(windows)
     torch.manual_seed(7)
@@ -227,6 +230,7 @@ def test_training_is_the_plain_loop(sets, tmp_path):
                     corruption=0.1,
                     sparsity=stage.sparsity,
                     random=stage.unpool == "random",
+                    rescale=stage.rescale,
                 )
                 optimizer.zero_grad()
                 loss.backward()
@@ -239,7 +243,7 @@ def test_training_is_the_plain_loop(sets, tmp_path):
                 optimizer.step()
                 losses += [loss.item()] * len(batch)
             expected.append((["layer 1", "layer 2", "whole"][number], epoch + 1, np.mean(losses)))
-    assert max(norms) > 0.3  # clipping had something to do
+    assert max(norms) > 0.1  # clipping had something to do
     assert [(row["phase"], row["epoch"]) for row in rows] == [(phase, epoch) for phase, epoch, _ in expected]
     assert [row["loss"] for row in rows] == pytest.approx([loss for _, _, loss in expected], rel=1e-4)
     for name, value in outcome(tmp_path)["weights"].items():
@@ -436,7 +440,9 @@ def test_a_file_is_enough_to_repeat_a_run(tmp_path, recipe):
     configuration, _ = train_command.parse([*said, "--out", str(tmp_path / "a")])
     chosen = RECIPES[recipe]
     assert configuration.model == AutoencoderConfig(widths=(64, 128), unpool=chosen.unpool, eps=0.1)
-    assert (configuration.scale, configuration.loss, configuration.seed) == (chosen.scale, chosen.loss, 5)
+    for name in ("scale", "size", "loss", "start"):
+        assert getattr(configuration, name) == getattr(chosen, name)
+    assert configuration.seed == 5
     assert configuration.quick
     assert configuration.layers == replace(chosen.layers, lr=0.25, epochs=min(chosen.layers.epochs, 5))
     (tmp_path / "a").mkdir()
@@ -455,6 +461,9 @@ def test_the_papers_schedule_is_as_the_paper_says():
     assert PAPER.layers.learning_rate(2) == pytest.approx(0.5 * 0.81)
     assert (PAPER.layers.corruption, PAPER.layers.sparsity, PAPER.layers.unpool) == (0.1, 0.01, "random")
     assert (PAPER.whole.learning_rate(24), PAPER.whole.sparsity, PAPER.whole.unpool) == (0.01, 0, "even")
+    assert not PAPER.layers.rescale
+    assert not PAPER.whole.rescale
+    assert (PAPER.scale, PAPER.size, PAPER.loss, PAPER.start) == ("none", 1, "mean", "glorot")
     assert configuration.model.widths == (64, 128, 256)
     assert [phase.name for phase in configuration.phases] == ["layer 1", "layer 2", "layer 3", "whole"]
 
@@ -472,6 +481,7 @@ def test_the_papers_schedule_is_as_the_paper_says():
         ({"clip_norm": 0.0}, ValueError, "clip_norm: "),
         ({"corruption": 1.0}, ValueError, "corruption: expected a probability below 1"),
         ({"corruption": "some"}, TypeError, "corruption: expected a number"),
+        ({"rescale": 1}, TypeError, "rescale: expected true or false"),
         ({"sparsity": math.nan}, ValueError, "sparsity: expected a number from 0 on"),
         ({"unpool": "both"}, ValueError, "unpool: expected one of even, random"),
     ],
@@ -495,6 +505,8 @@ def test_what_is_no_stage(fields, error, message):
         ({"name": "manifold", "data": {"windows": "many"}}, "windows: expected int, got 'many'"),
         ({"name": "manifold", "quick": "yes"}, "quick: expected true or false"),
         ({"name": "manifold", "scale": "unit"}, '.*"scale"'),
+        ({"name": "manifold", "size": 0.0}, "size: "),
+        ({"name": "manifold", "start": "zero"}, '.*"start"'),
         ({"name": "manifold", "seed": -1}, "seed: expected an integer from 0"),
     ],
 )

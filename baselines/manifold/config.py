@@ -18,10 +18,11 @@ from baselines.manifold.autoencoder import AutoencoderConfig
 from baselines.manifold.normalization import SCALES
 from baselines.manifold.prepared import MotionSet
 from baselines.manifold.recipe import RECIPES, Recipe, Stage
+from baselines.manifold.start import STARTS
 from baselines.training._files import write_atomically
 from baselines.training.config import FILE, check_fields
 from baselines.training.windows import checked_seed
-from npss._checks import each, one_of
+from npss._checks import each, one_of, positive_number
 
 __all__ = ["FILE", "Configuration", "Data", "data_of", "read", "write"]
 
@@ -76,9 +77,12 @@ class Configuration:
     model : AutoencoderConfig
         The network.
     scale : str
+    size : float
         Of the features: see `baselines.manifold.normalization`.
     loss : {'mean', 'sum'}
         Of the squared errors of a window's values, and of the magnitudes of its hidden units.
+    start : str
+        The weights at first: see `baselines.manifold.start`.
     layers, whole : Stage
         How it is trained: each layer alone, then all together.
     seed : int
@@ -100,7 +104,9 @@ class Configuration:
     name: str
     model: AutoencoderConfig
     scale: str
+    size: float
     loss: str
+    start: str
     layers: Stage
     whole: Stage
     seed: int
@@ -111,7 +117,9 @@ class Configuration:
     def __post_init__(self) -> None:
         one_of("name", self.name, (NAME,))
         one_of("scale", self.scale, SCALES)
+        positive_number("size", self.size)
         one_of("loss", self.loss, LOSSES)
+        one_of("start", self.start, STARTS)
         one_of("select", self.select, SELECT)
         checked_seed(self.seed)
         if not isinstance(self.quick, bool):
@@ -155,7 +163,9 @@ def defaults(recipe: str = "default") -> Configuration:
         name=NAME,
         model=AutoencoderConfig(unpool=chosen.unpool),
         scale=chosen.scale,
+        size=chosen.size,
         loss=chosen.loss,
+        start=chosen.start,
         layers=chosen.layers,
         whole=chosen.whole,
         seed=0,
@@ -222,14 +232,18 @@ def parser_of(known: Configuration) -> jsonargparse.ArgumentParser:
     parser.add_argument(
         "--scale", choices=SCALES, help="what the features are divided by, which makes them of one size"
     )
+    parser.add_argument(
+        "--size", type=float, help="what their standard deviation then is, or by what they are multiplied"
+    )
     parser.add_argument("--loss", choices=LOSSES, help="of the squared errors of a window's values")
+    parser.add_argument("--start", choices=STARTS, help="the weights at first")
     parser.add_argument("--seed", type=int, help="of the initial weights and of every iteration")
     parser.add_argument(
         "--select", choices=SELECT, help="which weights are kept: best on the validation subjects, or the last ones"
     )
     for name in ("model", "layers", "whole"):
         parser.add_argument(f"--{name}", type=type(getattr(known, name)), default=getattr(known, name))
-    parser.set_defaults({name: getattr(known, name) for name in ("scale", "loss", "seed", "select")})
+    parser.set_defaults({name: getattr(known, name) for name in ("scale", "size", "loss", "start", "seed", "select")})
     return parser
 
 

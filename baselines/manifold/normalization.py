@@ -39,7 +39,7 @@ class Normalization:
         return features
 
 
-def normalization(windows: npt.ArrayLike, mask: npt.ArrayLike, scale: str) -> Normalization:
+def normalization(windows: npt.ArrayLike, mask: npt.ArrayLike, scale: str, size: float = 1.0) -> Normalization:
     """Compute the statistics of all frames that are not masked.
 
     Parameters
@@ -50,7 +50,9 @@ def normalization(windows: npt.ArrayLike, mask: npt.ArrayLike, scale: str) -> No
         False where a window is padded.
     scale : {'none', 'global', 'kind', 'feature'}
         What the standard deviation is taken over: the root mean square of the deviations from the mean pose, of all
-        features, of the positions and of each velocity, or of each feature. One that does not vary has scale 1.
+        features, of the positions and of each velocity, or of each feature. One that does not vary counts as 1.
+    size : float, optional
+        What the standard deviation becomes, or by what features are multiplied if nothing is scaled.
 
     Raises
     ------
@@ -76,4 +78,4 @@ def normalization(windows: npt.ArrayLike, mask: npt.ArrayLike, scale: str) -> No
         power = np.full_like(power, power.mean())
     elif scale == "kind":
         power[:-_VELOCITIES] = power[:-_VELOCITIES].mean()
-    return Normalization(mean, np.where(power > 0, np.sqrt(power), 1.0))
+    return Normalization(mean, np.where(power > 0, np.sqrt(power), 1.0) / size)

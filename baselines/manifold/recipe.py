@@ -34,6 +34,9 @@ class Stage:
         The gradient's norm is not allowed to be larger.
     corruption : float
         Probability with which a value of the input is set to zero; the output is to be the input as it was.
+    rescale : bool
+        Whether the values that are left are divided by 1 - `corruption`. If not, the layers learn to make up for what
+        is lost on average, and motion of which nothing is lost comes out too large by that factor.
     sparsity : float
         Weight of the magnitudes of the hidden units in the loss.
     unpool : {'even', 'random'}
@@ -53,6 +56,7 @@ class Stage:
     lr_decay: float = 1.0
     clip_norm: float | None = None
     corruption: float = 0.1
+    rescale: bool = False
     sparsity: float = 0.0
     unpool: str = "even"
 
@@ -77,6 +81,8 @@ class Stage:
                 raise ValueError(f"{name}: expected a number from 0 on, got {value!r}")
         if self.corruption >= 1:
             raise ValueError(f"corruption: expected a probability below 1, got {self.corruption!r}")
+        if not isinstance(self.rescale, bool):
+            raise TypeError(f"rescale: expected true or false, got {self.rescale!r}")
         one_of("unpool", self.unpool, PLACES)
 
     def learning_rate(self, epoch: int, share: float = 0.0) -> float:
@@ -102,10 +108,14 @@ class Recipe:
     ----------
     scale : {'none', 'global', 'kind', 'feature'}
         Of the features: see `baselines.manifold.normalization`.
+    size : float
+        What their standard deviation becomes, or by what they are multiplied if the scale is none.
     loss : {'mean', 'sum'}
         Of the squared errors of a window's values, and of the magnitudes of its hidden units.
     unpool : {'both', 'half'}
         Even unpooling: see `baselines.manifold.autoencoder`.
+    start : {'glorot', 'orthonormal'}
+        The weights at first: see `baselines.manifold.start`.
     layers : Stage
         Each layer alone, from the first one on.
     whole : Stage
@@ -113,8 +123,10 @@ class Recipe:
     """
 
     scale: str
+    size: float
     loss: str
     unpool: str
+    start: str
     layers: Stage
     whole: Stage
 
@@ -124,17 +136,24 @@ class Recipe:
 #: is what random unpooling does on average; fine tuning takes 25 epochs, at a constant rate and of corrupted windows.
 PAPER = Recipe(
     scale="none",
+    size=1.0,
     loss="mean",
     unpool="half",
+    start="glorot",
     layers=Stage(lr=0.5, lr_decay=0.9, sparsity=0.01, unpool="random"),
     whole=Stage(lr=0.01),
 )
-#: What reconstructs best on the validation subjects.
+#: What reconstructs best on the validation subjects. Features are so small that tanh hardly bends them: where it does,
+#: atanh makes what the layer above got wrong larger. The weights start where motion already comes back; Adam would
+#: leave that place in few steps, were the rate not small and the gradient, which has outliers, not clipped to its usual
+#: norm.
 DEFAULT = Recipe(
     scale="kind",
+    size=0.1,
     loss="mean",
-    unpool="half",
+    unpool="both",
+    start="orthonormal",
     layers=Stage(epochs=0),
-    whole=Stage(epochs=100, batch=8, optimizer="adam", lr=1e-3, lr_schedule="cosine", clip_norm=1.0),
+    whole=Stage(epochs=60, batch=8, optimizer="adam", lr=3e-4, lr_schedule="cosine", clip_norm=0.005, rescale=True),
 )
 RECIPES = {"default": DEFAULT, "paper": PAPER}

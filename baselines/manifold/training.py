@@ -27,6 +27,7 @@ from baselines.manifold.features import local_positions
 from baselines.manifold.measures import joint_error
 from baselines.manifold.normalization import normalization
 from baselines.manifold.prepared import MotionSet
+from baselines.manifold.start import start
 from baselines.training._files import write_atomically
 from baselines.training.trainer import CHECKPOINT, METRICS, AtomicIO
 
@@ -89,6 +90,7 @@ def loss_of(
     corruption: float,
     sparsity: float,
     random: bool,
+    rescale: bool = False,
 ) -> Tensor:
     """Return the loss of a batch: the mean over windows of their weighted squared errors and sparsity.
 
@@ -108,6 +110,8 @@ def loss_of(
         Weight of these magnitudes.
     random : bool
         Whether the last layer is unpooled to one place by chance.
+    rescale : bool, optional
+        Whether the input values that are left are divided by 1 - `corruption`.
 
     Returns
     -------
@@ -115,6 +119,8 @@ def loss_of(
         The loss.
     """
     values = windows * torch.empty_like(windows).bernoulli_(1 - corruption)
+    if rescale:
+        values = values / (1 - corruption)
     for layer in layers:
         values = layer(values)
     loss = sparsity * (values.abs() * of_steps).sum() if sparsity else windows.new_zeros(())
@@ -145,7 +151,9 @@ class Training(LightningModule):
         self.phases = configuration.phases
         self.schedule = Schedule(self.phases, len(training_set.windows))
         self.validation_set = validation_set
-        self.normalization = normalization(training_set.windows, training_set.mask, configuration.scale)
+        self.normalization = normalization(
+            training_set.windows, training_set.mask, configuration.scale, configuration.size
+        )
         self.windows, self.validation_windows = (
             torch.from_numpy(self.normalization.normalize(motion.windows).astype(np.float32))
             for motion in (training_set, validation_set)
@@ -154,6 +162,7 @@ class Training(LightningModule):
         self.out = out
         torch.manual_seed(configuration.seed)
         self.network = Autoencoder(configuration.model)
+        start(self.network, configuration.start)
         #: One for each epoch.
         self.rows: list[Row] = []
         self.losses: list[tuple[float, int]] = []  # since the last row: mean of a chunk, and its windows
@@ -221,6 +230,7 @@ class Training(LightningModule):
             corruption=stage.corruption,
             sparsity=stage.sparsity,
             random=stage.unpool == "random",
+            rescale=stage.rescale,
         )
         optimizer.zero_grad()
         self.manual_backward(loss)
@@ -243,7 +253,8 @@ class Training(LightningModule):
         self._of_frames = _weights(self.mask, pool**phase.first, self._seen.shape[2], mean=mean).to(self.device)
         self._of_steps = _weights(self.mask, pool**phase.depth, layers[-1].bias.numel(), mean=mean).to(self.device)
         self._one_window = None
-        if stage.batch == 1 and stage.optimizer == "sgd" and stage.clip_norm is None and pool == 2:
+        plain = stage.optimizer == "sgd" and stage.clip_norm is None and not stage.rescale
+        if stage.batch == 1 and plain and pool == 2:
             self._one_window = OneWindow(
                 layers,
                 self._seen.shape[1],
