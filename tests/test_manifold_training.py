@@ -183,6 +183,22 @@ def test_masked_frames_do_not_count(sets, tmp_path, loss):
     assert module._of_frames[0].sum() == pytest.approx(1 / 4 if loss == "mean" else 50)
 
 
+def test_what_is_left_is_rescaled():
+    """The mean of the input is then the motion; written out."""
+    torch.manual_seed(0)
+    network = Autoencoder(TINY)
+    windows = torch.randn(3, 8, 63)
+    of_frames, of_steps = torch.rand(3, 8, 1), torch.zeros(3, 2, 1)
+    torch.manual_seed(1)
+    loss = training.loss_of(
+        network.first(), windows, of_frames, of_steps, corruption=0.25, sparsity=0.0, random=False, rescale=True
+    )
+    torch.manual_seed(1)
+    kept = torch.empty_like(windows).bernoulli_(0.75)
+    expected = ((network.project(windows * kept * 4 / 3) - windows) ** 2 * of_frames).sum() / 3
+    torch.testing.assert_close(loss, expected)
+
+
 # --- a run ---
 
 
