@@ -68,7 +68,7 @@ class TestPictures:
         (axes,) = gallery.restoration(bench, "repair").axes
         names = [text.get_text().replace("\n", " ") for text in axes.texts][:8]
         assert names[:5] == ["original", "input", "linear", "pca-best", "manifold"]
-        assert names[5:7] == ["pca-best, known kept", "manifold, known kept"]
+        assert names[5:7] == ["pca-best, rescaled", "manifold, rescaled"]
         assert [len(lines.get_segments()) for lines in axes.collections] == [12 * 19] * 7
 
     def test_bars(self):

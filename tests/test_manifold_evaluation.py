@@ -64,7 +64,7 @@ class TestBench:
     def test_the_best_size_is_the_best(self, bench):
         """Once more, by trying all sizes on the subjects that were put aside."""
         best = rivals.best_sizes(bench.training, bench.normalization, ["project", "repair"])
-        assert set(best) == {"project", "repair"}
+        assert set(best) == {"project", "repair", "repair, rescaled"}
         assert best["project"] > best["repair"] or best["project"] == rivals.ALL
 
     def test_a_single_subject_leaves_nothing_to_choose_by(self, bench):
@@ -90,6 +90,8 @@ class TestRestoration:
             methods = RESTORED
             if use == "project":
                 methods = ["input", "pca", "pca-best", "manifold"]
+            if use == "repair":
+                methods = [*RESTORED, "pca-best, rescaled", "manifold, rescaled"]
             if use == "fill":
                 methods = [method for method in RESTORED if method != "linear"]
             metrics = ["joint_error", "bone_error", "npss", *(["missing_joint_error"] if use == "fill" else [])]
@@ -106,6 +108,19 @@ class TestRestoration:
         assert value(records, "repair", "manifold", "npss") == pytest.approx(npss.score(*sequences))
         bone = measures.bone_error(pred, JOINTS, bench.windows.mask)
         assert value(records, "repair", "manifold", "bone_error") == bone
+
+    def test_repair_of_what_is_rescaled(self, bench, records):
+        """Twice as far from the mean, if half is lost; and known values put back into what comes of that."""
+        left = bench.corrupted("repair")
+        mean = bench.normalization.mean
+        assert left.known.mean() == pytest.approx(0.5, abs=0.01)
+        share = left.known.reshape(len(left.known), -1).mean(1)[:, np.newaxis, np.newaxis]
+        motion = bench.manifolds["manifold"].project(mean + (left.features - mean) / share)
+        kept = np.where(left.known, bench.windows.features, motion)
+        gt, mask = local_positions(bench.windows.features), bench.windows.mask
+        for method, pred in (("manifold, rescaled", motion), ("manifold, known kept", kept)):
+            expected = np.linalg.norm(local_positions(pred) - gt, axis=-1)[mask].mean()
+            assert value(records, "repair", method, "joint_error") == pytest.approx(expected)
 
     def test_the_missing_joints_are_the_hand(self, bench, records):
         hand = [JOINTS.names.index(name) for name in ("RightHand", "RightHandIndex")]

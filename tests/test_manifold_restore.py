@@ -10,7 +10,7 @@ from baselines.manifold import pca
 from baselines.manifold.corrupt import Corrupted
 from baselines.manifold.interpolate import blend, interpolate
 from baselines.manifold.normalization import Normalization
-from baselines.manifold.restore import USES, Windows, corrupted, keep_known, linear
+from baselines.manifold.restore import USES, Windows, corrupted, keep_known, linear, rescaled
 from baselines.manifold.sample import filter_motion, sample_codes
 
 F = 3 * len(JOINTS.names) + 3
@@ -99,6 +99,21 @@ class TestLinear:
         line = np.arange(31.0).reshape(1, 31, 1) * np.arange(1, 4)
         left = corrupted("inbetween", Windows(line, np.ones((1, 31), bool)), np.zeros(3))
         assert linear(left) == pytest.approx(line)
+
+
+class TestRescaled:
+    def test_it_is_right_on_average(self):
+        motion = np.random.default_rng(0).normal(3, 1, (1, 4, F))
+        windows = Windows(np.tile(motion, (4000, 1, 1)), np.ones((4000, 4), bool))
+        left = corrupted("repair", windows, MEAN)
+        assert rescaled(left, MEAN).mean(axis=0) == pytest.approx(motion[0], abs=0.4)
+        assert np.abs(left.features.mean(axis=0) - motion[0]).max() > 1
+
+    def test_nothing_known_is_the_mean_and_all_known_the_motion(self):
+        motion = np.random.default_rng(0).normal(3, 1, (2, 4, F))
+        nothing = Corrupted(np.broadcast_to(MEAN, motion.shape).astype(float), np.zeros(motion.shape, bool))
+        assert np.array_equal(rescaled(nothing, MEAN), nothing.features)
+        assert rescaled(Corrupted(motion, np.ones(motion.shape, bool)), MEAN) == pytest.approx(motion)
 
 
 class TestKeepKnown:

@@ -15,7 +15,7 @@ from baselines.manifold.normalization import Normalization
 from baselines.manifold.pca import PCA
 from baselines.manifold.prepared import TEST_SUBJECTS, MotionSet
 from baselines.manifold.projector import Manifold, Projector
-from baselines.manifold.restore import Windows
+from baselines.manifold.restore import LOST_AT_RANDOM, RESCALED, Windows
 from baselines.manifold.rivals import ALL, best_sizes, truncated
 from baselines.manifold.split import split
 from npss._checks import Array
@@ -75,8 +75,8 @@ class Bench:
         return best_sizes(self.training, self.normalization, tuple(restore.USES), seed=self.seed)
 
     def projectors(self, use: str = "") -> dict[str, Projector]:
-        """Return what projects: ``pca``, for uses that restore ``pca-best`` where there is one, and the manifolds."""
-        size = self.best_sizes.get(use) if use in restore.USES else None
+        """Return what projects: ``pca``, ``pca-best`` if its size was chosen by that use, and the manifolds."""
+        size = self.best_sizes.get(use) if use else None
         best = {} if size is None else {"pca-best": self.rival if size == ALL else truncated(self.rival, size)}
         return {"pca": self.rival, **best, **self.manifolds}
 
@@ -95,12 +95,14 @@ class Bench:
             same = name == "pca-best" and projector is self.rival
             projected[name] = projected["pca"] if same else projector.project(left.features)
         motions |= projected
+        del projected["pca"]
+        if use in LOST_AT_RANDOM:
+            seen = restore.rescaled(left, self.normalization.mean)
+            projectors = self.projectors(use + RESCALED)
+            projected = {name: projectors[name].project(seen) for name in projected}
+            motions |= {name + RESCALED: motion for name, motion in projected.items()}
         if lost.any():
-            motions |= {
-                f"{name}, known kept": restore.keep_known(left, motion)
-                for name, motion in projected.items()
-                if name != "pca"
-            }
+            motions |= {f"{name}, known kept": restore.keep_known(left, motion) for name, motion in projected.items()}
         return motions
 
     @cached_property
@@ -111,7 +113,8 @@ class Bench:
         """Return the signature of what a method projects by; None if it does not."""
         name = method.partition(",")[0]
         if name == "pca-best":
-            size = min(self.best_sizes[use], len(self.rival.components))
+            changed = use in LOST_AT_RANDOM and method != name
+            size = min(self.best_sizes[use + RESCALED if changed else use], len(self.rival.components))
             return f"{size} components of {self._rival_signature}"
         return self._rival_signature if name == "pca" else getattr(self.manifolds.get(name), "signature", None)
 

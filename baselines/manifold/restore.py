@@ -25,6 +25,9 @@ USES = {
     "fill": "right wrist and hand missing",
     "inbetween": f"every {corrupt.EVERY}th frame held",
 }
+#: What follows the name of a method that projects what `rescaled` returns, and the uses where that is worth while: each
+#: value is as likely to be lost as any other.
+RESCALED, LOST_AT_RANDOM = ", rescaled", ("repair",)
 #: The joint that `fill` does without, and all that hangs on it.
 WRIST = "RightHand"
 
@@ -103,6 +106,35 @@ def linear(left: Corrupted) -> Float64:
         known = left.known[window, :, feature]
         filled[window, ~known, feature] = np.interp(frames[~known], frames[known], filled[window, known, feature])
     return filled
+
+
+def rescaled(left: Corrupted, mean: npt.ArrayLike) -> Float64:
+    """Divide what is left ``(n, T, F)`` by the share that is known: right on average, if values are lost at random.
+
+    Of a window of which nothing is known, the mean is left.
+
+    Parameters
+    ----------
+    left : Corrupted
+        Windows; lost values are the mean.
+    mean : (F,) array_like
+        The mean over training frames, from which values are taken to be further away than they are.
+
+    Returns
+    -------
+    (n, T, F) ndarray of float64
+        Neither known values nor others are what they were; a window's average deviation from the mean is.
+
+    Examples
+    --------
+    >>> left = Corrupted(np.array([[[3.0, 1.0]]]), np.array([[[True, False]]]))
+    >>> rescaled(left, [1.0, 1.0])
+    array([[[5., 1.]]])
+    """
+    share = left.known.mean(axis=(1, 2), keepdims=True)
+    centre = np.asarray(mean, np.float64)
+    motion: Float64 = centre + (left.features - centre) / np.where(share > 0, share, 1.0)
+    return motion
 
 
 def keep_known(left: Corrupted, motion: Array) -> Array:

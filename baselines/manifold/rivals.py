@@ -14,7 +14,7 @@ from baselines.manifold.measures import joint_error
 from baselines.manifold.normalization import Normalization
 from baselines.manifold.pca import PCA
 from baselines.manifold.prepared import MotionSet
-from baselines.manifold.restore import Windows, corrupted
+from baselines.manifold.restore import LOST_AT_RANDOM, RESCALED, Windows, corrupted, rescaled
 from npss.skeleton import Skeleton
 
 #: To choose a size, every third training subject is put aside, and so many of their windows are used, evenly spread.
@@ -56,7 +56,8 @@ def best_sizes(
     Returns
     -------
     dict of str to int
-        By use; `ALL` for as many as there are. Empty if there is a single subject.
+        By use, and by use and ``, rescaled`` where values are lost at random; `ALL` for as many as there are. Empty if
+        there is a single subject.
     """
     aside = sorted({clip.subject for clip in training.clips})[1::EVERY]
     if not aside:
@@ -71,8 +72,12 @@ def best_sizes(
     sizes = [*(2**i for i in range(n_components.bit_length()) if 2**i < n_components), ALL]
     best = {}
     for use in uses:
-        left = corrupted(use, windows, normalization.mean, skeleton=skeleton, seed=seed).features
-        restored = {size: local_positions(truncated(fitted, size).project(left)) for size in sizes}
-        errors = {size: joint_error(gt, pred, windows.mask) for size, pred in restored.items()}
-        best[use] = min(errors, key=errors.__getitem__)
+        left = corrupted(use, windows, normalization.mean, skeleton=skeleton, seed=seed)
+        seen = {use: left.features}
+        if use in LOST_AT_RANDOM:
+            seen[use + RESCALED] = rescaled(left, normalization.mean)
+        for name, features in seen.items():
+            restored = {size: local_positions(truncated(fitted, size).project(features)) for size in sizes}
+            errors = {size: joint_error(gt, pred, windows.mask) for size, pred in restored.items()}
+            best[name] = min(errors, key=errors.__getitem__)
     return best

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import torch
 from torch import Tensor
 
@@ -52,7 +54,7 @@ def start(network: Autoencoder, how: str) -> None:
                 layer.weight.zero_()
                 layer.weight[:, :, lags // 2] = _frame(filters, inputs)
                 if network.config.unpool == "half":
-                    layer.weight *= network.config.pool**0.5  # once in the layer, and once more in its inverse
+                    layer.weight.mul_(math.sqrt(network.config.pool))  # once in the layer, and once more in its inverse
 
 
 def _frame(filters: int, inputs: int) -> Tensor:
@@ -64,4 +66,5 @@ def _frame(filters: int, inputs: int) -> Tensor:
 
 
 def _orthonormal(rows: int, columns: int) -> Tensor:
-    return torch.linalg.qr(torch.randn(rows, columns)).Q
+    frame: Tensor = torch.linalg.qr(torch.randn(rows, columns)).Q
+    return frame
