@@ -69,7 +69,7 @@ class TestPictures:
         names = [text.get_text().replace("\n", " ") for text in axes.texts][:8]
         assert names[:5] == ["original", "input", "linear", "pca-best", "manifold"]
         assert names[5:7] == ["pca-best, rescaled", "manifold, rescaled"]
-        assert [len(lines.get_segments()) for lines in axes.collections] == [12 * 19] * 7
+        assert [len(lines.get_segments()) for lines in axes.collections] == [12 * 19] * 9
 
     def test_bars(self):
         line = npss.signature(None, metric="map", source="cmu", matches="any", model="m")
