@@ -41,18 +41,20 @@ def run(options: argparse.Namespace) -> None:
     device = options.device
     if device == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
-    training_set, tasks = data_of(configuration, options.h36m, options.cache)
-    options.out.mkdir(parents=True, exist_ok=True)
-    config.write(options.out / config.FILE, configuration, device)
-    rows = trainer.train(
-        configuration, training_set, tasks, options.out, device=device, tensorboard=options.tensorboard
-    )
-    kept = validation.best(rows, configuration.select)
-    print(
-        f"{options.out / runs.FILE}: the weights of iteration {kept['iteration']:.0f} of {rows[-1]['iteration']:.0f}, "
-        f"on validation windows NPSS {kept['npss_released']:.4f} (released) and {kept['npss_paper']:.4f} (paper)"
-    )
-    print(f"    {validation.signature(tasks)}")
+    together = []
+    for one, out in arguments.runs_of(configuration, options):
+        together.append((one, *data_of(one, options.h36m, options.cache), out))
+    for one, _, _, out in together:
+        out.mkdir(parents=True, exist_ok=True)
+        config.write(out / config.FILE, one, device)
+    rows = trainer.train_together(together, options.out, device=device, tensorboard=options.tensorboard)
+    for (one, _, tasks, out), of_run in zip(together, rows, strict=True):
+        kept = validation.best(of_run, one.select)
+        print(
+            f"{out / runs.FILE}: the weights of iteration {kept['iteration']:.0f} of {of_run[-1]['iteration']:.0f}, "
+            f"on validation windows NPSS {kept['npss_released']:.4f} (released) and {kept['npss_paper']:.4f} (paper)"
+        )
+        print(f"    {validation.signature(tasks)}")
 
 
 def data_of(configuration: Configuration, root: Path | None, cache: Path | None) -> tuple[TrainingSet, Sequence[Task]]:

@@ -33,6 +33,8 @@ from npss import _cli
 from npss._files import read_poses, read_samples
 from npss.protocol import ACTIONS, COLUMNS, SLICES_MS, TRAIN_SUBJECTS
 
+on_gpu = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
+
 
 @dataclass(frozen=True)
 class TinyConfig:
@@ -204,6 +206,79 @@ def test_a_run_that_is_killed_again_and_again_ends_as_if_it_had_not_been(tmp_pat
     assert same(outcome(out), outcome(tmp_path / "whole"))
 
 
+# --- several at once ---
+
+
+def trained_together(out, configurations, device="cpu"):
+    together = []
+    for i, configuration in enumerate(configurations):
+        folder = out / str(i)
+        folder.mkdir(parents=True, exist_ok=True)
+        config.write(folder / config.FILE, configuration, device)
+        together.append((configuration, windows.synthetic_training_set(3, 60), windows.synthetic_validation(2), folder))
+    return trainer.train_together(together, out, device=device)
+
+
+@pytest.mark.parametrize("optimizer", ["rmsprop-tf", "adam", "sgd"])
+def test_together_each_is_as_it_would_be_alone(tmp_path, optimizer):
+    """To the bit: batches, noise and dropout, the clipping of its own gradient, the moving average."""
+    recipe = replace(RECIPE, optimizer=optimizer, momentum=0.9)
+    several = [replace(configured(), recipe=recipe, average=0.5, seed=seed) for seed in (5, 6, 7)]
+    rows = trained_together(tmp_path / "together", several)
+    for i, configuration in enumerate(several):
+        assert trained(tmp_path / str(i), configuration) == rows[i]
+        for file in (runs.FILE, trainer.METRICS, config.FILE):
+            assert (tmp_path / "together" / str(i) / file).read_bytes() == (tmp_path / str(i) / file).read_bytes()
+
+
+def test_together_they_are_resumed(tmp_path, monkeypatch):
+    several = [replace(configured(), seed=seed) for seed in (5, 6)]
+    expected = trained_together(tmp_path / "whole", several)
+    validate, calls = trainer.Member.validate, []
+
+    def fail(member, iteration):
+        calls.append(iteration)
+        if len(calls) == 4:  # the second member's second validation
+            raise OSError("no space left")
+        return validate(member, iteration)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(trainer.Member, "validate", fail)
+        with pytest.raises(OSError, match="no space"):
+            trained_together(tmp_path / "cut", several)
+    with pytest.raises(ValueError, match=r"^--resume: .*last\.ckpt is of 0, 1, not of 0$"):
+        trained_together(tmp_path / "cut", several[:1])
+    assert trained_together(tmp_path / "cut", several) == expected
+    for i in ("0", "1"):
+        for file in (runs.FILE, trainer.METRICS):
+            assert (tmp_path / "cut" / i / file).read_bytes() == (tmp_path / "whole" / i / file).read_bytes()
+
+
+@on_gpu
+@pytest.mark.parametrize("name", ["tiny", "vgru-d"])
+def test_on_a_gpu_each_is_as_it_would_be_alone_and_resumed(tmp_path, monkeypatch, name):
+    """Graphs, one for each member and each weight of the closed loop: the losses up to rounding."""
+    spec, recipe = MODELS[name], replace(RECIPE, iterations=6, closed_weight=((0, 0.1), (3, 0.5)))
+    small = spec.config if name == "tiny" else replace(spec.config, n_units=16)
+    several = [replace(configured(), name=name, model=small, recipe=recipe, seed=seed) for seed in (5, 6, 7)]
+    rows = trained_together(tmp_path / "together", several, "cuda")
+    training_set = windows.synthetic_training_set(3, 60), windows.synthetic_validation(2)
+    for i, configuration in enumerate(several):
+        (tmp_path / str(i)).mkdir()
+        alone = trainer.train(configuration, *training_set, tmp_path / str(i), device="cuda")
+        (tmp_path / f"plain-{i}").mkdir()
+        with monkeypatch.context() as patch:
+            patch.setattr(trainer.Training, "_replay", trainer.Training._run)
+            plain = trainer.train(configuration, *training_set, tmp_path / f"plain-{i}", device="cuda")
+        for one in (alone, plain):
+            assert [row["loss"] for row in one] == pytest.approx([row["loss"] for row in rows[i]], rel=1e-3)
+    first = [replace(one, recipe=replace(recipe, iterations=3)) for one in several]
+    trained_together(tmp_path / "parts", first, "cuda")
+    resumed = trained_together(tmp_path / "parts", several, "cuda")
+    for of_resumed, of_whole in zip(resumed, rows, strict=True):
+        assert of_resumed[-1]["loss"] == pytest.approx(of_whole[-1]["loss"], rel=1e-3)
+
+
 def test_a_checkpoint_cannot_run_code(tmp_path):
     class Hostile:
         def __reduce__(self):
@@ -254,7 +329,9 @@ def test_training_is_the_plain_loop(tmp_path, optimizer):
         now = {name: value.detach().clone() for name, value in model.state_dict().items()}
         average = now if average is None else {name: 0.8 * average[name] + 0.2 * now[name] for name in now}
     assert max(norms) > 0.2  # clipping had something to do
-    assert same(outcome(tmp_path)["weights"], outcome(tmp_path)["weights"] | {f"model.{k}": v for k, v in now.items()})
+    assert same(
+        outcome(tmp_path)["weights"], outcome(tmp_path)["weights"] | {f"members.0.model.{k}": v for k, v in now.items()}
+    )
     for name, value in runs.load(tmp_path).model.state_dict().items():
         torch.testing.assert_close(value, average[name])
     assert [row["iteration"] for row in rows] == [3, 6, 9, 10]
@@ -614,6 +691,47 @@ def test_a_command_can_be_repeated_and_resumed(tmp_path, capsys):
     ):
         assert command("train", *wrong) == 2
         assert message in capsys.readouterr().err
+
+
+def test_a_command_trains_several_at_once(tmp_path, capsys):
+    said = ["tiny", "--data", "synthetic", "--iterations", 4, "--validate-every", 2]
+    several = [*said, "--seeds", 3, 1, "--out", tmp_path / "several"]
+    assert command("train", *several) == 0
+    printed = capsys.readouterr().out
+    assert command("train", *said, "--seed", 1, "--out", tmp_path / "one") == 0
+    names = {file.name for file in (tmp_path / "several").iterdir()}
+    assert names == {"seed-1", "seed-3", trainer.CHECKPOINT}
+    for name in names - {trainer.CHECKPOINT}:
+        assert f"{name}/{runs.FILE}: the weights of iteration" in printed
+    for file in (config.FILE, runs.FILE, trainer.METRICS):
+        assert (tmp_path / "several" / "seed-1" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
+    assert command("train", *several, "--resume") == 0
+    (tmp_path / "several" / "seed-1" / config.FILE).replace(tmp_path / "moved.json")
+    capsys.readouterr()
+    for wrong, message in (
+        (several, f"--out: there is a run in {tmp_path}/several/seed-3 already; --resume goes on with it"),
+        ([*several, "--resume", "--average", 0.5], "seed-3/config.json has another value of average"),
+        ([*said, "--seeds", 1, "--resume", "--out", tmp_path / "one"], f"--out: {tmp_path}/one is a run, not a folder"),
+        ([*said, "--seeds", 1, 1, "--out", tmp_path / "new"], "--seeds: expected each once; got 1, 1"),
+        ([*said, "--seeds", -1, "--out", tmp_path / "new"], "seed: expected an integer from 0 to 2**32 - 1"),
+    ):
+        assert command("train", *wrong) == 2
+        assert message in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+
+
+def test_models_of_single_actions_are_runs_of_their_own(tmp_path):
+    said = ["tiny", "--actions", "eating", "walking", "--apart", "--out", str(tmp_path)]
+    of = dict.fromkeys(("eating", "walking"))
+    for configuration, out in arguments.runs_of(*arguments.parse(said)):
+        assert configuration.actions == configuration.validate_on == (out.name,)
+        of[out.name] = configuration
+    assert of["walking"] == arguments.parse(["tiny", "--action", "walking", "--out", "nowhere"])[0]
+    both = arguments.runs_of(*arguments.parse([*said, "--seeds", "0", "4"]))
+    assert [out.name for _, out in both] == ["eating-seed-0", "eating-seed-4", "walking-seed-0", "walking-seed-4"]
+    assert [configuration.seed for configuration, _ in both] == [0, 4, 0, 4]
+    with pytest.raises(ValueError, match=r"^--validate-on: with --apart, each model is validated on its own action"):
+        arguments.runs_of(*arguments.parse([*said, "--validate-on", "eating"]))
 
 
 def test_what_commands_refuse(run, tmp_path, capsys, monkeypatch):

@@ -286,7 +286,7 @@ def test_every_entry_of_the_hand_written_jacobian(cell, beside, dropout):
     loop = _bptt.Loop(2, own, beside, order, 1, residual=True)
     features = derivatives(torch.randn(2, n_frames, P, dtype=torch.float64), order).transpose(0, 1)
     guides = torch.randn(n_frames, 2, H, dtype=torch.float64, requires_grad=True)
-    factors = torch.rand(2 * len(loop.visits), D + H, dtype=torch.float64) if dropout else None
+    factors = torch.rand(2 * loop.n_visits, D + H, dtype=torch.float64) if dropout else None
 
     def call(guides, *parameters):
         return _bptt.predictions(features, guides, body.blocks(H), decoder, factors, loop)
@@ -392,7 +392,7 @@ def test_dropout_is_of_the_input_and_of_what_the_decoder_reads(poses, label):
 
 def test_what_dropout_multiplies_by():
     model = make(dropout=0.3)
-    factors = model._dropout(20, range(50))
+    factors = model._dropout(20, 50)
     assert factors.shape == (1000, model.n_inputs + 7)
     assert torch.allclose(factors.unique(), torch.tensor([0, 1 / 0.7], dtype=torch.float64))
     n = factors.numel()
@@ -400,8 +400,8 @@ def test_what_dropout_multiplies_by():
     kept = (factors > 0).double() - 0.7
     for a, b in ((kept[1:], kept[:-1]), (kept[:, 1:], kept[:, :-1]), (kept[20:], kept[:-20])):  # neighbours, steps
         assert abs((a * b).mean().item()) < 4 * 0.21 / n**0.5
-    whole = by_seed(model._dropout, 20, range(6))
-    parts = by_seed(lambda: [model._dropout(20, [0]) for _ in range(6)])
+    whole = by_seed(model._dropout, 20, 6)
+    parts = by_seed(lambda: [model._dropout(20) for _ in range(6)])
     assert torch.equal(whole, torch.cat(parts))
 
 

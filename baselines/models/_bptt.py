@@ -73,10 +73,15 @@ class Loop(NamedTuple):
         return 2 if self.beside else 1
 
     @property
-    def visits(self) -> list[int]:
-        """Return which batch is where in the rows, if they are counted as they would be drawn: stream after stream."""
-        T, S = len(self.own), self.n_shared
-        return [*range(S), *(visit for t in range(S, T) for visit in ((t, T + t - S) if self.beside else (t,)))]
+    def n_visits(self) -> int:
+        """Return how many batches of rows there are, those of all streams."""
+        return self.n_shared + self.n_streams * (len(self.own) - self.n_shared)
+
+    def arrange(self, drawn: Tensor) -> Tensor:
+        """Return the rows (R, ...) of what is drawn (V, B, ...) step after step of one stream, then of the other."""
+        S, n = self.n_shared, self.n_streams
+        streams = drawn[S:].view(n, len(self.own) - S, *drawn.shape[1:])
+        return torch.cat([drawn[:S], streams.transpose(0, 1).flatten(0, 1)]).flatten(0, 1)
 
     def rows(self) -> list[slice]:
         """Return where the rows of each step are: a batch of each stream, the open one first."""
@@ -121,7 +126,7 @@ class _Predictions(torch.autograd.Function):
         rows, hidden = borrow("rows", read, len(read), at.h.stop), borrow("hidden", read, len(read), H)
         poses, plan = read.new_empty(len(read), P), borrow("plan", read, len(features), B, 3 * H)
         torch.addmm(guide_bias, guides.flatten(0, 1), guide, out=plan.flatten(0, 1))
-        rows[:B, at.h] = 0
+        rows[:B, at.h].zero_()
         decoder_t = decoder.t().contiguous()
         for t, step in enumerate(steps):
             row, out, x, pose = rows[step], hidden[step], read[step], poses[step]

@@ -20,10 +20,11 @@ _spare: dict[str, Tensor] = {}
 def borrow(purpose: str, like: Tensor, *shape: int) -> Tensor:
     """Return a tensor of that shape, its values undefined: large memory that is new costs more to fill than to compute.
 
-    What is not given back, because nothing was backpropagated, is freed as usual.
+    What is not given back, because nothing was backpropagated, is freed as usual. Beside the CPU, torch keeps memory
+    itself, and apart for each stream: there, nothing is borrowed.
     """
-    n, spare = math.prod(shape), _spare.pop(purpose, None)
-    if spare is None or len(spare) < n or spare.dtype != like.dtype or spare.device != like.device:
+    n, spare = math.prod(shape), _spare.pop(purpose, None) if like.is_cpu else None
+    if spare is None or len(spare) < n or spare.dtype != like.dtype:
         spare = like.new_empty(n)
     return spare[:n].view(shape)
 
@@ -31,7 +32,8 @@ def borrow(purpose: str, like: Tensor, *shape: int) -> Tensor:
 def give_back(**tensors: Tensor) -> None:
     """Give back what was borrowed. Autograd refuses to use it once more after others have written to it."""
     for purpose, tensor in tensors.items():
-        _spare[purpose] = tensor.view(-1)
+        if tensor.is_cpu:
+            _spare[purpose] = tensor.view(-1)
 
 
 class Columns:

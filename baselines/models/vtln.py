@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -144,7 +144,7 @@ class VTLN(MotionModel):
         if not guides.shape[1]:
             raise ValueError("n_steps: there are more steps than `begin` was told")
         x, past = next_derivatives(pose, past, self.config.n_derivatives, step=self.config.derivative_step)  # (B, D)
-        factors = self._dropout(len(pose), [0])
+        factors = self._dropout(len(pose))
         if factors is not None:
             x = x * factors[:, : self.n_inputs]
         h = self.body(x, h, guides[:, 0])  # (B, H)
@@ -192,7 +192,7 @@ class VTLN(MotionModel):
         restart = loop.n_shared if beside and self.config.restart_derivatives else None
         features = derivatives(poses, order, step=step, restart=restart).transpose(0, 1)  # (T, B, D)
         guides = self._guides(label, n_frames)[:n_frames]  # (T, B, H)
-        factors = self._dropout(batch, loop.visits)
+        factors = self._dropout(batch, loop.n_visits, loop.arrange)
         return _bptt.predictions(features, guides, self.body.blocks(self.n_guide), self.decoder, factors, loop)
 
     def _guides(self, label: Tensor, n_steps: int) -> Tensor:
@@ -215,18 +215,20 @@ class VTLN(MotionModel):
             states.append(h)
         return torch.stack(states[::-1])
 
-    def _dropout(self, batch: int, order: Sequence[int]) -> Tensor | None:
+    def _dropout(self, batch: int, n: int = 1, arrange: Callable[[Tensor], Tensor] | None = None) -> Tensor | None:
         """Draw what dropout multiplies a step's input and hidden state by, (n B, D + H), of n steps; None if by 1.
 
-        Steps are drawn one after another, so that it does not matter in how many calls, and returned in `order`.
+        Steps are drawn one after another, so that it does not matter in how many calls. What is drawn, (n, B, D + H),
+        can then be arranged otherwise.
         """
         p, n_columns, like = self.config.dropout, self.n_inputs + self.config.n_units, self.decoder.weight
         if not (self.training and p):
             return None
         # Four from each random word of 64 bits, several times faster than a draw for each: p is exact to 2**-17.
-        words = torch.empty(len(order), batch, (n_columns + 3) // 4, dtype=torch.int64, device=like.device)
+        words = torch.empty(n, batch, (n_columns + 3) // 4, dtype=torch.int64, device=like.device)
         kept = words.random_(-(2**63), None).view(torch.int16)[..., :n_columns] >= round(p * 2**16) - 2**15
-        return kept[order].flatten(0, 1).to(like.dtype).mul_(1 / (1 - p))
+        rows = kept.flatten(0, 1) if arrange is None else arrange(kept)
+        return rows.to(like.dtype).mul_(1 / (1 - p))
 
 
 def _glorot(n: int) -> nn.Parameter:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -29,7 +29,8 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     configuration : Configuration
         What the run is.
     options : Namespace
-        What else was said: ``out``, ``resume``, ``h36m``, ``cache``, ``device`` and ``tensorboard``.
+        What else was said: ``out``, ``seeds``, ``apart``, ``resume``, ``h36m``, ``cache``, ``device`` and
+        ``tensorboard``.
 
     Raises
     ------
@@ -45,6 +46,8 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
         raise SystemExit(0)
     options = _options(rest)
     file = file_of(options)
+    if file is not None and file == options.out / FILE and _several(options):
+        raise ValueError(f"--out: {options.out} is a run, not a folder of several")
     if name is None and file is None:
         raise ValueError(f"MODEL: expected one of {', '.join(MODELS)}, or --config FILE")
     known = defaults(str(name)) if file is None else vars(read(file)).copy()
@@ -58,6 +61,46 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     if file is not None and file == options.out / FILE:
         refuse_changes(file, asdict(read(file)), asdict(configuration))
     return configuration, options
+
+
+def runs_of(configuration: Configuration, options: argparse.Namespace) -> list[tuple[Configuration, Path]]:
+    """Return the runs that are to be trained together, each with its folder: one, unless several were asked for.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    options : Namespace
+        From `parse`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If seeds are not what they should be, or a run is there already or has another configuration.
+    """
+    if not _several(options):
+        return [(configuration, options.out)]
+    apart = [replace(configuration, actions=(action,), validate_on=(action,)) for action in configuration.actions]
+    if options.apart and configuration.validate_on != configuration.actions:
+        raise ValueError("--validate-on: with --apart, each model is validated on its own action")
+    runs = []
+    for of_action in apart if options.apart else [configuration]:
+        for seed in options.seeds or [None]:
+            names = ([of_action.actions[0]] if options.apart else []) + ([] if seed is None else [f"seed-{seed}"])
+            one = of_action if seed is None else replace(of_action, seed=seed)
+            runs.append((one, options.out / "-".join(names)))
+    if len({out for _, out in runs}) < len(runs):
+        raise ValueError(f"--seeds: expected each once; got {', '.join(map(str, options.seeds))}")
+    for one, out in runs:
+        if (out / FILE).exists():
+            if not options.resume:
+                raise ValueError(f"--out: there is a run in {out} already; --resume goes on with it")
+            refuse_changes(out / FILE, asdict(read(out / FILE)), asdict(one))
+    return runs
+
+
+def _several(options: argparse.Namespace) -> bool:
+    """Return whether more than one run is asked for, each with a folder in that of the command."""
+    return options.seeds is not None or options.apart
 
 
 def _options(arguments: Sequence[str]) -> argparse.Namespace:
@@ -74,6 +117,12 @@ def _add_options(parser: Parser) -> Parser:
     parser.add_argument("--out", type=Path, metavar="RUN", help="the folder of the run, which is made")
     parser.add_argument("--config", type=Path, metavar="FILE", help=f"begin with this configuration, a {FILE}")
     parser.add_argument("--iterations", type=int, metavar="N", help="train for so many, all schedules in proportion")
+    parser.add_argument(
+        "--seeds", nargs="+", type=int, metavar="SEED", help="train a run for each at once, in folders below --out"
+    )
+    parser.add_argument(
+        "--apart", action="store_true", help="train a model for each of the actions at once, as --seeds"
+    )
     parser.add_argument("--resume", action="store_true", help="go on where the run was cut off, if it had begun")
     h36m.add_option(parser)
     parser.add_argument("--cache", type=Path, metavar="DIR", help="keep the files there in binary, to load faster")

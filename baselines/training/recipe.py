@@ -132,6 +132,10 @@ class Recipe:
         """Return the standard deviation of the noise in an iteration."""
         return _value(self.noise_std, iteration)
 
+    def phase(self, iteration: int) -> tuple[float, float]:
+        """Return what changes the loss from one iteration to another: while it is the same, so is what is computed."""
+        return self.lambda_at(iteration), self.noise_at(iteration)
+
     def compressed(self, iterations: int) -> Recipe:
         """Return the recipe for so many iterations, with all its schedules in proportion."""
         positive_integer("iterations", iterations)

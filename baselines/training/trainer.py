@@ -1,35 +1,29 @@
-"""Training by Lightning such that a run that is cut off anywhere, and resumed, ends as if it had not been."""
+"""Training by Lightning such that runs that are cut off anywhere, and resumed, end as if they had not been."""
 
 from __future__ import annotations
 
-import csv
 import itertools
 import logging
-import math
 import pickle
 import sys
 import warnings
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
 import torch
-from torch import Tensor
-from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
+from torch import Tensor, nn
 
 from baselines.evaluate import Task
-from baselines.models import MODELS
-from baselines.models.base import MotionModel
-from baselines.training import objectives, runs, validation
 from baselines.training._files import write_atomically
+from baselines.training.captured import Captured
 from baselines.training.config import Configuration
+from baselines.training.member import METRICS, Member
 from baselines.training.recipe import Recipe
 from baselines.training.rmsprop import RMSpropTF
 from baselines.training.validation import Row
-from baselines.training.windows import Batches, TrainingSet
+from baselines.training.windows import TrainingSet
 
 try:
     from lightning.pytorch import LightningModule, Trainer
@@ -38,88 +32,102 @@ try:
 except ImportError:
     raise ImportError("training needs lightning: pip install 'npss[baselines]'") from None
 
-#: The file of a run from which it goes on.
+__all__ = ["CHECKPOINT", "METRICS", "AtomicIO", "Member", "train", "train_together"]
+
+#: The file from which training goes on: of a run, or of all that are trained together.
 CHECKPOINT = "last.ckpt"
-#: The file of a run with what was measured at each validation.
-METRICS = "metrics.csv"
+
+_Batches = Sequence[tuple[Tensor, Tensor]]  # one for each member
 
 
 class Training(LightningModule):
-    """A model in training: iteration i does the same whenever it is done.
+    """Runs in training, each as if it were alone.
 
-    The batch is a function of the seed and of i, and so is all that is drawn in it, because torch's generators are
-    seeded anew for each iteration; the learning rate is a function of i. What else an iteration depends on, the weights
-    and the state of the optimiser, is in the checkpoint.
+    The learning rate is a function of the iteration. What else an iteration depends on beside `Member`, the weights and
+    the state of the optimiser, is in the checkpoint.
+
+    On a CUDA device the members' losses and gradients are captured, and computed side by side. NPSS as a part of the
+    loss cannot be captured: it looks at values.
 
     Parameters
     ----------
-    configuration : Configuration
-        What the run is.
-    training_set : TrainingSet
-        Of its actions.
-    validation_tasks : sequence of Task
-        Of its actions.
+    members : sequence of Member
+        The runs. Their recipes are the same, and so are the iterations at which they validate.
     out : Path
-        The folder of the run.
+        The folder of the checkpoint.
     """
 
-    mean: Tensor
-    std: Tensor
-
-    def __init__(
-        self, configuration: Configuration, training_set: TrainingSet, validation_tasks: Sequence[Task], out: Path
-    ) -> None:
+    def __init__(self, members: Sequence[Member], out: Path) -> None:
         super().__init__()
-        recipe, seed = configuration.recipe, configuration.seed
-        self.configuration = configuration
-        self.recipe: Recipe = recipe
-        self.batches = Batches(
-            training_set, batch=recipe.batch, n_seed=recipe.n_seed, n_target=recipe.n_target, seed=seed
-        )
-        self.validation = validation_tasks
-        self.normalization = training_set.normalization
+        self.members = nn.ModuleList(members)
+        self.configuration = members[0].configuration
+        self.recipe: Recipe = self.configuration.recipe
         self.out = out
-        torch.manual_seed(seed)
-        self.model = MODELS[configuration.name].build(configuration.model, len(configuration.actions))
-        self.average: AveragedModel | None = None
-        if configuration.average is not None:
-            decay = get_ema_multi_avg_fn(configuration.average)  # type: ignore[no-untyped-call]
-            self.average = AveragedModel(self.model, multi_avg_fn=decay)
-        kept = list(self.normalization.columns)
-        self.register_buffer("mean", torch.tensor(self.normalization.mean[kept], dtype=torch.float32), persistent=False)
-        self.register_buffer("std", torch.tensor(self.normalization.std[kept], dtype=torch.float32), persistent=False)
-        #: One for each validation.
-        self.rows: list[Row] = []
-        #: The loss and its parts in each iteration since the last validation.
-        self.losses: dict[str, list[Tensor]] = defaultdict(list)
+        self._captured: list[Captured] = []
+        self._captured_at: object = None
 
-    def train_dataloader(self) -> Iterator[tuple[Tensor, Tensor]]:
+    def _members(self) -> list[Member]:
+        return cast(list[Member], list(self.members))
+
+    def _names(self) -> list[str]:
+        """Return the folders of the runs, seen from that of the checkpoint."""
+        return [str(member.out.relative_to(self.out)) for member in self._members()]
+
+    def train_dataloader(self) -> Iterator[_Batches]:
         """Return the batches that are left."""
         for iteration in itertools.count(self.global_step):
-            batch = self.batches[iteration]
-            yield torch.from_numpy(batch.poses), torch.from_numpy(batch.label)
+            batches = [member.batch(iteration) for member in self._members()]
+            yield [(torch.from_numpy(batch.poses), torch.from_numpy(batch.label)) for batch in batches]
 
     def configure_optimizers(self) -> torch.optim.Optimizer:
-        """Return the optimiser of the recipe."""
-        recipe, parameters = self.recipe, self.model.parameters()
+        """Return the optimiser of the recipe: what it does to a weight depends on that weight alone."""
+        recipe = self.recipe
+        parameters = [parameter for member in self._members() for parameter in member.model.parameters()]
         if recipe.optimizer == "adam":
             return torch.optim.Adam(parameters, lr=recipe.lr)
         if recipe.optimizer == "sgd":
             return torch.optim.SGD(parameters, lr=recipe.lr, momentum=recipe.momentum)
         return RMSpropTF(parameters, lr=recipe.lr, momentum=recipe.momentum)
 
-    def training_step(self, batch: tuple[Tensor, Tensor], _: int) -> Tensor:
-        """Return the loss of an iteration."""
-        iteration = self.global_step
-        entropy = np.random.SeedSequence([self.configuration.seed, iteration, 1])  # without the 1, that of the batch
-        torch.manual_seed(int(entropy.generate_state(1, np.uint64)[0]))
-        statistics = objectives.Statistics(self.mean, self.std)
-        parts = objectives.loss(self.model, *batch, self.recipe, iteration, statistics=statistics)
-        for name, value in parts.items():
-            self.losses[name].append(value.detach())
+    def training_step(self, batches: _Batches, _: int) -> Tensor:
+        """Return the sum of the losses of an iteration."""
+        captured = self.device.type == "cuda" and self.recipe.npss_weight == 0
+        parts = self._replay(batches) if captured else self._run(batches)
+        for member, of_member in zip(self._members(), parts, strict=True):
+            member.keep(of_member)
+        total = torch.stack([of_member["loss"] for of_member in parts]).sum()
         if self.trainer.progress_bar_callback is not None:
-            self.log("loss", parts["loss"], prog_bar=True, logger=False)
-        return parts["loss"]
+            self.log("loss", total / len(parts), prog_bar=True, logger=False)
+        return total
+
+    def _run(self, batches: _Batches) -> list[dict[str, Tensor]]:
+        """Return the losses of an iteration, and their parts."""
+        iteration, parts = self.global_step, []
+        for member, batch in zip(self._members(), batches, strict=True):
+            torch.manual_seed(member.seed(iteration))
+            parts.append(member.loss(*batch, iteration))
+        return parts
+
+    def _replay(self, batches: _Batches) -> list[dict[str, Tensor]]:
+        """Do what `_run` does, by graphs."""
+        iteration, members = self.global_step, self._members()
+        at = self.recipe.phase(iteration)
+        if at != self._captured_at:
+            self._captured = []  # frees the old ones first
+            self._captured = [
+                Captured(partial(member.loss, iteration=iteration), batch, list(member.model.parameters()))
+                for member, batch in zip(members, batches, strict=True)
+            ]
+            self._captured_at = at
+        for member, captured, batch in zip(members, self._captured, batches, strict=True):
+            captured.launch(member.seed(iteration), batch)
+        return [captured.result() for captured in self._captured]
+
+    def configure_gradient_clipping(self, *_: Any, **__: Any) -> None:
+        """Clip the gradient of each member by its own norm."""
+        if self.recipe.clip_norm is not None:
+            for member in self._members():
+                nn.utils.clip_grad_norm_(member.model.parameters(), self.recipe.clip_norm)
 
     def on_before_optimizer_step(self, optimizer: torch.optim.Optimizer) -> None:
         """Set the learning rate of the iteration."""
@@ -128,63 +136,42 @@ class Training(LightningModule):
 
     def on_train_batch_end(self, *_: Any) -> None:
         """Average, validate and save, each in its turn."""
-        done = self.global_step
-        if self.average is not None:
-            self.average.update_parameters(self.model)
+        done, members = self.global_step, self._members()
+        for member in members:
+            if member.average is not None:
+                member.average.update_parameters(member.model)
         validate = done % self.configuration.validate_every == 0 or done == self.recipe.iterations
         if validate:
-            self._validate(done)
+            for member in members:
+                self._log(member, member.validate(done))
         if validate or done % self.configuration.checkpoint_every == 0:
             # Last, because it is what counts: all that came before would be done again, and be the same.
             self.trainer.save_checkpoint(self.out / CHECKPOINT)
 
+    def _log(self, member: Member, row: Row) -> None:
+        if self.logger is not None:
+            prefix = "" if member.out == self.out else f"{member.out.relative_to(self.out)}/"
+            self.logger.log_metrics({f"{prefix}{name}": value for name, value in row.items()}, step=self.global_step)
+
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Add what has been measured."""
-        checkpoint["rows"] = self.rows
-        checkpoint["losses"] = {name: torch.stack(values) for name, values in self.losses.items()}
+        """Add what has been measured, and of whom."""
+        members = self._members()
+        checkpoint["runs"] = self._names()
+        checkpoint["rows"] = [member.rows for member in members]
+        checkpoint["losses"] = [
+            {name: torch.stack(values) for name, values in member.losses.items()} for member in members
+        ]
 
     def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Restore what had been measured."""
-        self.rows = checkpoint["rows"]
-        self.losses.update({name: list(values.unbind()) for name, values in checkpoint["losses"].items()})
-
-    def _validate(self, iteration: int) -> None:
-        """Measure the model, keep it if it is the best so far, and write down what was measured."""
-        row: Row = {"iteration": iteration, "lr": self.recipe.learning_rate(iteration - 1)}
-        row |= {name: torch.stack(values).mean().item() for name, values in self.losses.items()}
-        self.losses.clear()
-        if not math.isfinite(row["loss"]):
+        if checkpoint["runs"] != self._names():
             raise ValueError(
-                f"training has diverged: the loss was {row['loss']} by iteration {iteration}; try a lower --recipe.lr"
+                f"--resume: {self.out / CHECKPOINT} is of {', '.join(checkpoint['runs'])}, not of "
+                f"{', '.join(self._names())}"
             )
-        model = self.model
-        if self.average is not None:
-            row |= {f"{name}_not_averaged": value for name, value in self._measure(model).items()}
-            model = cast(MotionModel, self.average.module)
-        row |= self._measure(model)
-        self.rows.append(row)
-        if row is validation.best(self.rows, self.configuration.select):
-            measured = {**row, "signature": validation.signature(self.validation)}
-            runs.save(self.out, model, self.normalization, measured)
-        write_atomically(self.out / METRICS, self._write_rows)
-        if self.logger is not None:
-            self.logger.log_metrics(row, step=iteration)
-
-    def _measure(self, model: MotionModel) -> Row:
-        """Measure a model on the validation windows; what is random in it is drawn alike each time."""
-        predictors = [
-            runs.ModelPredictor(
-                model, self.normalization, self.configuration.actions.index(task.action), np.random.default_rng(0)
-            )
-            for task in self.validation
-        ]
-        return validation.measure(predictors, self.validation)
-
-    def _write_rows(self, path: Path) -> None:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, dict.fromkeys(name for row in self.rows for name in row))
-            writer.writeheader()
-            writer.writerows(self.rows)
+        for member, rows, losses in zip(self._members(), checkpoint["rows"], checkpoint["losses"], strict=True):
+            member.rows = rows
+            member.losses.update({name: list(values.unbind()) for name, values in losses.items()})
 
 
 class AtomicIO(TorchCheckpointIO):
@@ -238,19 +225,51 @@ def train(
     ValueError
         If the data do not suffice, training diverges, or the checkpoint is broken.
     """
+    run = (configuration, training_set, validation_tasks, out)
+    (rows,) = train_together([run], out, device=device, tensorboard=tensorboard)
+    return rows
+
+
+def train_together(
+    runs: Sequence[tuple[Configuration, TrainingSet, Sequence[Task], Path]],
+    out: Path,
+    *,
+    device: str = "cpu",
+    tensorboard: bool = False,
+) -> list[list[Row]]:
+    """Train several models at once, from the checkpoint on if there is one.
+
+    Parameters
+    ----------
+    runs : sequence of tuple
+        The first four arguments of `train`, for each run. Their configurations differ in data and seeds only.
+    out : Path
+        The folder of the checkpoint; it is there.
+    device, tensorboard
+        As for `train`.
+
+    Returns
+    -------
+    list of list of dict
+        For each run, what was measured at each validation.
+
+    Raises
+    ------
+    ValueError
+        As `train`.
+    """
     checkpoint = out / CHECKPOINT
     logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)  # no advertisements
     with torch.random.fork_rng(devices=range(torch.cuda.device_count())), warnings.catch_warnings():
         # Lightning 2.6 itself uses what torch has deprecated since.
         warnings.filterwarnings("ignore", r".*LeafSpec", FutureWarning)
         warnings.filterwarnings("ignore", "GPU available but not used", UserWarning)  # as was asked
-        training = Training(configuration, training_set, validation_tasks, out)
+        training = Training([Member(*run) for run in runs], out)
         trainer = Trainer(
             accelerator=device,
             devices=1,
             max_epochs=-1,
-            max_steps=configuration.recipe.iterations,
-            gradient_clip_val=configuration.recipe.clip_norm,
+            max_steps=training.recipe.iterations,
             plugins=[AtomicIO()],
             logger=TensorBoardLogger(out, name="", version="tensorboard") if tensorboard else False,
             enable_progress_bar=sys.stdout.isatty(),
@@ -259,4 +278,4 @@ def train(
             default_root_dir=out,
         )
         trainer.fit(training, ckpt_path=checkpoint if checkpoint.exists() else None, weights_only=True)
-    return training.rows
+    return [member.rows for member in training._members()]
