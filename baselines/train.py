@@ -41,13 +41,17 @@ def run(options: argparse.Namespace) -> None:
     device = options.device
     if device == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
+    if options.tf32 and device != "cuda":
+        raise ValueError("--tf32: needs a CUDA device")
     together = []
     for one, out in arguments.runs_of(configuration, options):
         together.append((one, *data_of(one, options.h36m, options.cache), out))
     for one, _, _, out in together:
         out.mkdir(parents=True, exist_ok=True)
-        config.write(out / config.FILE, one, device)
-    rows = trainer.train_together(together, options.out, device=device, tensorboard=options.tensorboard)
+        config.write(out / config.FILE, one, f"{device}, tf32" if options.tf32 else device)
+    rows = trainer.train_together(
+        together, options.out, device=device, tf32=options.tf32, tensorboard=options.tensorboard
+    )
     for (one, _, tasks, out), of_run in zip(together, rows, strict=True):
         kept = validation.best(of_run, one.select)
         print(

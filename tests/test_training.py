@@ -745,6 +745,10 @@ def test_what_commands_refuse(run, tmp_path, capsys, monkeypatch):
             ["predict", tmp_path / "nowhere", "--out", "x.h5"],
             f"No such file or directory: '{tmp_path}/nowhere/config.j",
         ),
+        (
+            ["train", "tiny", "--data", "synthetic", "--device", "cpu", "--tf32", "--out", tmp_path / "new"],
+            "--tf32: needs a CUDA device",
+        ),
         (["predict", run, "--out", tmp_path / "x.mat"], f"--out: expected a .h5 or .npz file, got {tmp_path}/x.mat"),
         (["predict", run, "--out", tmp_path / "x.h5", "--seed", -1], "seed: expected an integer from 0 to 2**32 - 1"),
         (["predict", run, "--out", tmp_path / "x.h5", "--actions", "eating"], "--h36m DIR names the folder"),

@@ -29,7 +29,7 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     configuration : Configuration
         What the run is.
     options : Namespace
-        What else was said: ``out``, ``seeds``, ``apart``, ``resume``, ``h36m``, ``cache``, ``device`` and
+        What else was said: ``out``, ``seeds``, ``apart``, ``resume``, ``h36m``, ``cache``, ``device``, ``tf32`` and
         ``tensorboard``.
 
     Raises
@@ -127,6 +127,9 @@ def _add_options(parser: Parser) -> Parser:
     h36m.add_option(parser)
     parser.add_argument("--cache", type=Path, metavar="DIR", help="keep the files there in binary, to load faster")
     parser.add_argument("--device", choices=DEVICES, default=DEVICES[0], help="auto: cuda if there is one, else cpu")
+    parser.add_argument(
+        "--tf32", action="store_true", help="on a GPU, round what is multiplied to ten bits: faster, and less exact"
+    )
     parser.add_argument("--tensorboard", action="store_true", help="write logs for TensorBoard, too")
     return parser
 

@@ -8,6 +8,7 @@ import pickle
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -235,6 +236,7 @@ def train_together(
     out: Path,
     *,
     device: str = "cpu",
+    tf32: bool = False,
     tensorboard: bool = False,
 ) -> list[list[Row]]:
     """Train several models at once, from the checkpoint on if there is one.
@@ -247,6 +249,8 @@ def train_together(
         The folder of the checkpoint; it is there.
     device, tensorboard
         As for `train`.
+    tf32 : bool, optional
+        On a CUDA device, let matrix products round what they multiply to ten bits of mantissa.
 
     Returns
     -------
@@ -260,7 +264,8 @@ def train_together(
     """
     checkpoint = out / CHECKPOINT
     logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)  # no advertisements
-    with torch.random.fork_rng(devices=range(torch.cuda.device_count())), warnings.catch_warnings():
+    random = torch.random.fork_rng(devices=range(torch.cuda.device_count()))
+    with random, _multiplying("high" if tf32 else "highest"), warnings.catch_warnings():
         # Lightning 2.6 itself uses what torch has deprecated since.
         warnings.filterwarnings("ignore", r".*LeafSpec", FutureWarning)
         warnings.filterwarnings("ignore", "GPU available but not used", UserWarning)  # as was asked
@@ -279,3 +284,14 @@ def train_together(
         )
         trainer.fit(training, ckpt_path=checkpoint if checkpoint.exists() else None, weights_only=True)
     return [member.rows for member in training._members()]
+
+
+@contextmanager
+def _multiplying(precision: str) -> Iterator[None]:
+    """Set how exact matrix products of float32 are."""
+    before = torch.get_float32_matmul_precision()
+    torch.set_float32_matmul_precision(precision)
+    try:
+        yield
+    finally:
+        torch.set_float32_matmul_precision(before)
