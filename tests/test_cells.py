@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 torch = pytest.importorskip("torch", reason="needs torch")
 
 from baselines.models.cells import CodeCell, GRUCell  # noqa: E402
-from baselines.models.derivatives import derivatives, next_derivatives, no_past, standing  # noqa: E402
+from baselines.models.derivatives import derivatives, next_derivatives, no_past, own_past, standing  # noqa: E402
 
 B, D, P, H = 3, 5, 4, 6
 BODY = {"code": lambda: CodeCell(D, P, H), "text": lambda: GRUCell(D + P, H)}
@@ -88,6 +88,15 @@ def test_restarted_differences_take_those_before_for_zero(h, restart):
         np.testing.assert_allclose(rows[restart:, n * D : (n + 1) * D], differences, atol=1e-13)
     before = derivatives(torch.tensor(poses[:restart])[None], 3, step=h)[0].numpy()
     np.testing.assert_allclose(rows[:restart], before, atol=1e-14)
+
+
+@pytest.mark.parametrize(("n", "order", "step"), [(9, 3, 1), (5, 2, 2), (4, 3, 2), (1, 3, 1), (3, 0, 1)])
+def test_an_own_past_is_what_precedes_the_last_prediction(n, order, step):
+    outputs = torch.randn(2, n, D)
+    past = own_past(outputs, order, step=step)
+    assert past.shape == (2, order * step, D)
+    row, _ = next_derivatives(outputs[:, -1], past, order, step=step)
+    torch.testing.assert_close(row, derivatives(outputs, order, step=step)[:, -1])
 
 
 def test_a_standing_past_is_the_restart():

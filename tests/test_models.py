@@ -410,6 +410,19 @@ def test_gru_d_may_restart_its_derivatives_in_open_loop_alone():
     torch.testing.assert_close(opened_anew, torch.cat([seed, expected], 1))
 
 
+@pytest.mark.parametrize("restart", [False, True])
+def test_gru_d_may_begin_its_closed_loop_with_an_own_past(restart):
+    poses, label = windows()
+    plain, own = (small("gru-d", restart_derivatives=restart, own_past=own) for own in (False, True))
+    (opened, _), (same, closed) = (model.open_and_closed(poses, label, S) for model in (plain, own))
+    assert torch.equal(opened, same)
+    _, (_, h) = own.read(poses[:, :S], own.begin(label, T))
+    state = (opened[:, S - 4 : S - 1], h)  # as if it had read its predictions
+    torch.testing.assert_close(closed, own.continue_closed(opened[:, S - 1], state, K))
+    predicted = own.predict(poses[:, :S], label, K + 1)
+    torch.testing.assert_close(predicted, torch.cat([opened[:, S - 1 : S], closed], 1))
+
+
 def test_gru_d_drops_inputs_and_outputs_in_training_only(monkeypatch):
     model = GRUd(GRUdConfig(size=12, dropout=0.5), A).double()
     poses, label = windows()
@@ -514,6 +527,7 @@ def test_srnn_shares_weights_between_left_and_right():
         (GRUdConfig, {"dropout": 1.0}, ValueError),
         (GRUdConfig, {"dropout": "some"}, TypeError),
         (GRUdConfig, {"restart_derivatives": 0}, TypeError),
+        (GRUdConfig, {"own_past": None}, TypeError),
     ],
 )
 def test_bad_fields_are_refused_by_name(config, fields, error):

@@ -32,6 +32,9 @@ VARIANTS = [
             {"n_derivatives": 2, "derivative_step": 3, "residual": True, "dropout": 0.2},
             {"restart_derivatives": True, "noise": "text"},
             {"restart_derivatives": True, "derivative_step": 2, "dropout": 0.5},
+            {"own_past": True, "dropout": 0.3},
+            {"own_past": True, "n_derivatives": 2, "derivative_step": 3, "residual": True},
+            {"own_past": True, "n_derivatives": 1, "derivative_step": 2, "restart_derivatives": True},
             {"top_rnn": False, "n_derivatives": 1},
             {"n_guides": T + 3},
             {"n_guides": 2},
@@ -180,9 +183,11 @@ def test_open_loop_is_the_formulas(variant, poses, label):
 def test_closed_loop_is_feeding_back_by_hand(variant, poses, label):
     model = make(**variant).eval()
     _, closed = by_seed(model.open_and_closed, poses, label, S)
-    state = by_seed(model.begin, label, T)
+    state, outputs = by_seed(model.begin, label, T), []
     for pose in poses[:, :S].unbind(1):
         pose, state = model.step(pose, state)
+        outputs.append(pose)
+    state = model.switch(torch.stack(outputs, 1), state)
     for expected in closed.unbind(1):
         pose, state = model.step(pose, state)
         assert torch.allclose(pose, expected, atol=1e-12)
@@ -228,6 +233,27 @@ def test_restarted_derivatives_matter_in_open_loop_only(cell, poses, label):
     assert torch.equal(plain[0][:, :S], opened[:, :S])
     assert torch.equal(plain[1], closed)
     assert (plain[0][:, S:] - opened[:, S:]).abs().amax((0, 2)).min() > 1e-6
+
+
+@pytest.mark.parametrize("cell", CELLS)
+@pytest.mark.parametrize("step", [1, 2])
+def test_an_own_past_is_that_of_the_predictions_of_frames_that_were_read(cell, step, poses, label):
+    """As released: the first input of the closed loop has the differences of the last outputs of the seed."""
+    model = make(cell=cell, own_past=True, derivative_step=step, n_derivatives=2).eval()
+    opened, closed = by_seed(model.open_and_closed, poses, label, S)
+    state = by_seed(model.begin, label, T)
+    seed, state = model.read(poses[:, :S], state)
+    o, h = torch.cat([torch.zeros_like(seed), seed, closed], 1), state.h
+    for t in range(T - S):
+        now, one, two = (o[:, 2 * S - 1 + t - k * step] for k in range(3))
+        h = model.body(torch.cat([now, now - one, now - 2 * one + two], 1), h, state.guides[:, t])
+        assert torch.allclose(model.decoder(h), closed[:, t], atol=1e-12)
+    predicted = by_seed(model.predict, poses[:, :S], label, T - S + 1)
+    assert torch.allclose(predicted, torch.cat([opened[:, S - 1 : S], closed], 1), atol=1e-12)
+    model.config = dataclasses.replace(model.config, own_past=False)
+    others = by_seed(model.open_and_closed, poses, label, S)
+    assert torch.equal(others[0], opened)
+    assert (others[1] - closed).abs().amax((0, 2)).min() > 1e-6
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -427,6 +453,7 @@ def test_what_dropout_multiplies_by():
         ("top_rnn", 1, TypeError),
         ("residual", None, TypeError),
         ("restart_derivatives", "no", TypeError),
+        ("own_past", 1, TypeError),
     ],
 )
 def test_fields_that_make_no_sense(field, value, error):

@@ -61,11 +61,17 @@ class Loop(NamedTuple):
     order: int  # of the derivatives
     step: int  # of the derivatives
     residual: bool  # whether the decoder predicts the difference from the pose that is read
+    own_past: bool = False  # whether the first differences in closed loop are those of predictions, not of frames
 
     @property
     def n_shared(self) -> int:
         """Return how many steps there are before the first that reads a prediction."""
         return (*self.own, True).index(True)
+
+    @property
+    def first_past(self) -> int:
+        """Return from which step on the predictions that are to be read are the past of the closed loop."""
+        return max(self.n_shared - self.order * self.step, 0) if self.own_past else self.n_shared
 
     @property
     def n_streams(self) -> int:
@@ -127,12 +133,19 @@ class _Predictions(torch.autograd.Function):
         poses, plan = read.new_empty(len(read), P), borrow("plan", read, len(features), B, 3 * H)
         torch.addmm(guide_bias, guides.flatten(0, 1), guide, out=plan.flatten(0, 1))
         rows[:B, at.h].zero_()
+        past: dict[int, Tensor] = {}  # what the closed loop takes differences from, by step
         decoder_t = decoder.t().contiguous()
         for t, step in enumerate(steps):
             row, out, x, pose = rows[step], hidden[step], read[step], poses[step]
+            if loop.first_past <= t < loop.n_shared:
+                past[t] = torch.empty_like(x)
+                own = poses[steps[t - 1]] if t else torch.zeros_like(pose)
+                _differentiate(own, past.get(t - loop.step), past[t])
+            elif t >= loop.n_shared - loop.step:
+                past[t] = x[-B:]
             if t >= loop.n_shared:
                 first = poses[step.start - B : step.start] if loop.own[t] else x[-B:, :P]
-                _differentiate(first, read[steps[t - loop.step]][-B:] if t >= loop.step else None, x[-B:])
+                _differentiate(first, past.pop(t - loop.step, None), x[-B:])
             if factors is None:
                 row[:, at.x] = x
             else:
@@ -187,6 +200,11 @@ class _Predictions(torch.autograd.Function):
                     before += dx[:, :P]
                     if loop.residual:
                         before += d_pose[-B:]
+            elif t >= loop.first_past:
+                dx = d_read[t] = rows.new_zeros(B, D)
+                _undifferentiate(dx, d_read.get(t + loop.step), P)
+                if t:
+                    d_poses[steps[t - 1]] += dx[:, :P]
         d_gates, d_candidate = weight_gradients(rows, d, at)
         d_candidate_bias = d[:, at.c].sum(0) if n_gates == 3 else None
         d_decoder, d_decoder_bias = d_poses.t() @ hidden, d_poses.sum(0)

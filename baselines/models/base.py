@@ -59,6 +59,13 @@ class MotionModel(nn.Module, ABC):
             predictions.append(prediction)
         return torch.stack(predictions, 1), state
 
+    def switch(self, outputs: Tensor, state: State) -> State:
+        """Return the state in which the closed loop begins, of that after the seed and of the predictions (B, S, 54).
+
+        By default it is the state after the seed.
+        """
+        return state
+
     def continue_closed(self, pose: Tensor, state: State, n: int) -> Tensor:
         """Return n predictions (B, n, 54) in closed loop from a pose (B, 54) on: each is read as the next frame."""
         predictions = []
@@ -73,7 +80,8 @@ class MotionModel(nn.Module, ABC):
         first = read[:, -1]
         if n == 1:
             return first[:, None]
-        return torch.cat([first[:, None], self.continue_closed(first, state, n - 1)], 1)
+        closed = self.continue_closed(first, self.switch(read, state), n - 1)
+        return torch.cat([first[:, None], closed], 1)
 
     def open_and_closed(self, poses: Tensor, label: Tensor, n_seed: int) -> tuple[Tensor, Tensor]:
         """Return the predictions after every frame (B, T, 54), and those that follow the seed in closed loop.
@@ -98,7 +106,7 @@ class MotionModel(nn.Module, ABC):
         """
         seed, state = self.read(poses[:, :n_seed], self.begin(label, poses.shape[1]))
         rest, _ = self.read(poses[:, n_seed:], state)
-        closed = self.continue_closed(seed[:, -1], state, poses.shape[1] - n_seed)
+        closed = self.continue_closed(seed[:, -1], self.switch(seed, state), poses.shape[1] - n_seed)
         return torch.cat([seed, rest], 1), closed
 
     def mixed(self, poses: Tensor, label: Tensor, own: Sequence[bool]) -> Tensor:

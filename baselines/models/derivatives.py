@@ -28,6 +28,21 @@ def standing(past: Tensor, order: int, *, step: int = 1) -> Tensor:
     return past[:, -step:].repeat(1, order, 1)
 
 
+def own_past(outputs: Tensor, order: int, *, step: int = 1) -> Tensor:
+    """Return a past (B, order * step, D) of predictions, for the last of which it is what came before.
+
+    Parameters
+    ----------
+    outputs : (B, S, D) Tensor
+        The predictions after each frame that was read. Before the first one there are zeros.
+    order, step : int
+        As for `derivatives`.
+    """
+    n = outputs.shape[1] - 1
+    rows = torch.cat([no_past(outputs, order, step=step), outputs[:, :n]], 1)
+    return rows[:, n:]
+
+
 def derivatives(
     poses: Tensor, order: int, *, step: int = 1, past: Tensor | None = None, restart: int | None = None
 ) -> Tensor:

@@ -12,7 +12,7 @@ from torch.nn.functional import dropout
 from baselines.models._gru import read_gru
 from baselines.models.base import POSE, MotionModel
 from baselines.models.cells import GRUCell
-from baselines.models.derivatives import derivatives, next_derivatives, no_past, standing
+from baselines.models.derivatives import derivatives, next_derivatives, no_past, own_past, standing
 from npss._checks import is_integer, is_real, positive_integer
 
 #: The frames before (B, n_derivatives, 54), and h (B, H) of each layer.
@@ -37,6 +37,9 @@ class GRUdConfig:
     restart_derivatives : bool
         Whether, in `open_and_closed`, the open loop after the seed begins with derivatives that know of one frame
         before it only, as in the released code.
+    own_past : bool
+        Whether the first differences in closed loop are those of the model's own predictions of frames that it has
+        read, as in the released code. By default they are those of the frames.
     """
 
     size: int = 512
@@ -44,6 +47,7 @@ class GRUdConfig:
     n_derivatives: int = 3
     dropout: float = 0.3
     restart_derivatives: bool = False
+    own_past: bool = False
 
     def __post_init__(self) -> None:
         positive_integer("size", self.size)
@@ -56,8 +60,9 @@ class GRUdConfig:
             raise TypeError(f"dropout: expected a number, got {self.dropout!r}")
         if not 0 <= self.dropout < 1:
             raise ValueError(f"dropout: expected a probability below 1, got {self.dropout}")
-        if not isinstance(self.restart_derivatives, bool):
-            raise TypeError(f"restart_derivatives: expected True or False, got {self.restart_derivatives!r}")
+        for name in ("restart_derivatives", "own_past"):
+            if not isinstance(getattr(self, name), bool):
+                raise TypeError(f"{name}: expected True or False, got {getattr(self, name)!r}")
 
 
 class GRUd(MotionModel):
@@ -112,6 +117,12 @@ class GRUd(MotionModel):
         past = torch.cat([past, poses], 1)[:, poses.shape[1] :]
         return self.decoder(self._drop(hidden)), (past, tuple(after))
 
+    def switch(self, outputs: Tensor, state: GRUdState) -> GRUdState:
+        """Return the state in which the closed loop begins."""
+        if not self.config.own_past:
+            return state
+        return own_past(outputs, self.config.n_derivatives), state[1]
+
     def open_and_closed(self, poses: Tensor, label: Tensor, n_seed: int) -> tuple[Tensor, Tensor]:
         """Return the predictions after every frame, and those that follow the seed in closed loop."""
         if not self.config.restart_derivatives:
@@ -119,7 +130,9 @@ class GRUd(MotionModel):
         seed, state = self.read(poses[:, :n_seed], self.begin(label, poses.shape[1]))
         past, hidden = state
         rest, _ = self.read(poses[:, n_seed:], (standing(past, self.config.n_derivatives), hidden))
-        return torch.cat([seed, rest], 1), self.continue_closed(seed[:, -1], state, poses.shape[1] - n_seed)
+        return torch.cat([seed, rest], 1), self.continue_closed(
+            seed[:, -1], self.switch(seed, state), poses.shape[1] - n_seed
+        )
 
     def _drop(self, values: Tensor) -> Tensor:
         return dropout(values, self.config.dropout, self.training)

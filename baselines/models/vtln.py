@@ -14,7 +14,7 @@ from torch.nn import functional
 from baselines.models import _bptt
 from baselines.models.base import POSE, MotionModel
 from baselines.models.cells import CodeCell, GRUCell
-from baselines.models.derivatives import derivatives, next_derivatives, standing
+from baselines.models.derivatives import derivatives, next_derivatives, own_past, standing
 from npss._checks import is_integer, is_real, one_of, positive_integer
 
 
@@ -50,6 +50,9 @@ class VTLNConfig:
     restart_derivatives : bool
         Whether `open_and_closed` forgets, in open loop, which differences above the first there were before the closed
         loop begins: a mistake of the code.
+    own_past : bool
+        Whether the first differences in closed loop are those of the model's own predictions of frames that it has
+        read, as in the released code. By default they are those of the frames.
     """
 
     n_units: int = 512
@@ -62,13 +65,14 @@ class VTLNConfig:
     residual: bool = False
     dropout: float = 0.3
     restart_derivatives: bool = False
+    own_past: bool = False
 
     def __post_init__(self) -> None:
         for name in ("n_units", "n_guides", "derivative_step"):
             positive_integer(name, getattr(self, name))
         for name in ("cell", "noise"):
             one_of(name, getattr(self, name), ("code", "text"))
-        for name in ("top_rnn", "residual", "restart_derivatives"):
+        for name in ("top_rnn", "residual", "restart_derivatives", "own_past"):
             if not isinstance(getattr(self, name), bool):
                 raise TypeError(f"{name}: expected True or False, got {getattr(self, name)!r}")
         if not is_integer(self.n_derivatives) or not 0 <= self.n_derivatives <= 3:
@@ -152,6 +156,13 @@ class VTLN(MotionModel):
         prediction = self.decoder(out) + pose if self.config.residual else self.decoder(out)  # (B, 54)
         return prediction, Progress(h, past, guides[:, 1:])
 
+    def switch(self, outputs: Tensor, state: Progress) -> Progress:
+        """Return the state in which the closed loop begins."""
+        if not self.config.own_past:
+            return state
+        past = own_past(outputs, self.config.n_derivatives, step=self.config.derivative_step)
+        return state._replace(past=past)
+
     def open_and_closed(self, poses: Tensor, label: Tensor, n_seed: int) -> tuple[Tensor, Tensor]:
         """Return the predictions after every frame, and those that follow the seed in closed loop.
 
@@ -170,7 +181,8 @@ class VTLN(MotionModel):
         if self.config.restart_derivatives:
             past = standing(past, self.config.n_derivatives, step=self.config.derivative_step)
         opened, _ = self.read(poses[:, n_seed:], state._replace(past=past))
-        return torch.cat([first, opened], 1), self.continue_closed(first[:, -1], state, n_frames - n_seed)
+        closed = self.continue_closed(first[:, -1], self.switch(first, state), n_frames - n_seed)
+        return torch.cat([first, opened], 1), closed
 
     def mixed(self, poses: Tensor, label: Tensor, own: Sequence[bool]) -> Tensor:
         """Do what `MotionModel.mixed` does, in training as fast as `open_and_closed`."""
@@ -188,7 +200,7 @@ class VTLN(MotionModel):
         """
         batch, n_frames, _ = poses.shape
         order, step = self.config.n_derivatives, self.config.derivative_step
-        loop = _bptt.Loop(batch, own, beside, order, step, self.config.residual)
+        loop = _bptt.Loop(batch, own, beside, order, step, self.config.residual, beside and self.config.own_past)
         restart = loop.n_shared if beside and self.config.restart_derivatives else None
         features = derivatives(poses, order, step=step, restart=restart).transpose(0, 1)  # (T, B, D)
         guides = self._guides(label, n_frames)[:n_frames]  # (T, B, H)
