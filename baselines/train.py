@@ -43,9 +43,11 @@ def run(options: argparse.Namespace) -> None:
         device = "cuda" if torch.cuda.is_available() else "cpu"
     if options.tf32 and device != "cuda":
         raise ValueError("--tf32: needs a CUDA device")
-    together = []
+    together, read = [], {}
     for one, out in arguments.runs_of(configuration, options):
-        together.append((one, *data_of(one, options.h36m, options.cache), out))
+        if one.actions not in read:
+            read[one.actions] = data_of(one, options.h36m, options.cache)
+        together.append((one, *read[one.actions], out))
     for one, _, _, out in together:
         out.mkdir(parents=True, exist_ok=True)
         config.write(out / config.FILE, one, f"{device}, tf32" if options.tf32 else device)

@@ -19,14 +19,23 @@ from baselines.training.recipe import REGIMES  # noqa: E402
 on_gpu = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
 B, S, K = 3, 5, 7
 SMALL = {"vgru": {"n_units": 8}, "erd": {"fc": 8, "size": 8, "fc_last": 8}, "srnn": {"fc": 8, "edge": 8, "node": 8}}
-CASES = [(name, regime) for name in MODELS for regime in REGIMES]
+CASES = [(name, regime, {}) for name in MODELS for regime in REGIMES]
+#: Fields that change what is computed.
+CASES += [
+    ("vgru-d", "eq6", {"cell": "text", "own_past": True, "derivative_step": 2}),
+    ("vgru-d", "eq6", {"top_rnn": False, "restart_derivatives": True, "noise": "text"}),
+    ("vgru-r1", "eq6", {"n_derivatives": 2}),
+    ("gru-d", "eq6", {"own_past": True, "restart_derivatives": True}),
+    ("srnn", "noise", {"full_width": True}),
+]
+every_case = pytest.mark.parametrize(("name", "regime", "fields"), CASES)
 
 
-def case(name, regime, device="cpu"):
+def case(name, regime, fields, device="cpu"):
     """A loss of a small model, and a batch."""
     torch.manual_seed(0)
     spec = MODELS[name]
-    model = spec.build(replace(spec.config, **SMALL.get(name.partition("-")[0], {"size": 8})), 2).to(device)
+    model = spec.build(replace(spec.config, **SMALL.get(name.partition("-")[0], {"size": 8}) | fields), 2).to(device)
     recipe = replace(
         spec.recipe, regime=regime, n_seed=S, n_target=K, closed_weight=((0, 0.5),), noise_std=((0, 0.1),), batch=B
     )
@@ -43,9 +52,9 @@ class NoLooking(TorchDispatchMode):
         return func(*args, **kwargs or {})
 
 
-@pytest.mark.parametrize(("name", "regime"), CASES)
-def test_no_loss_looks_at_values(name, regime):
-    _, call, batch = case(name, regime)
+@every_case
+def test_no_loss_looks_at_values(name, regime, fields):
+    _, call, batch = case(name, regime, fields)
     with NoLooking():
         call(*batch)["loss"].backward()
 
@@ -74,10 +83,10 @@ def by_graph(model, captured, batch, seed):
 
 
 @on_gpu
-@pytest.mark.parametrize(("name", "regime"), CASES)
-def test_a_graph_is_what_was_captured(name, regime):
+@every_case
+def test_a_graph_is_what_was_captured(name, regime, fields):
     """For the batch that was captured and another, with other weights, with what is drawn, and again."""
-    model, call, batch = case(name, regime, "cuda")
+    model, call, batch = case(name, regime, fields, "cuda")
     captured = Captured(call, batch, list(model.parameters()))
     other = torch.randn_like(batch[0]), batch[1].flip(0)
     for inputs, seed in ((batch, 1), (other, 1), (other, 2), (batch, 1)):
@@ -104,14 +113,19 @@ def test_side_by_side_is_as_alone():
         for i, graph in enumerate(graphs):
             graph.launch(10 * turn + i, batches[i])
         results = [graph.result() for graph in graphs]
+        for model in models:
+            model.zero_grad()
+        sum(result["loss"] for result in results).backward()
         for i, model in enumerate(models):
-            expected, _ = by_autograd(model, calls[i], batches[i], 10 * turn + i)
+            expected, gradients = by_autograd(model, calls[i], batches[i], 10 * turn + i)
             assert {name: value.item() for name, value in results[i].items()} == pytest.approx(expected, rel=1e-5)
+            for parameter, gradient in zip(model.parameters(), gradients, strict=True):
+                assert (parameter.grad - gradient).norm() <= 1e-4 * gradient.norm()
 
 
 @on_gpu
 def test_the_global_generator_is_left_alone():
-    model, call, batch = case("vgru-d", "eq6", "cuda")
+    model, call, batch = case("vgru-d", "eq6", {}, "cuda")
     torch.manual_seed(3)
     expected = torch.randn(5, device="cuda")
     torch.manual_seed(3)

@@ -231,9 +231,11 @@ def test_together_each_is_as_it_would_be_alone(tmp_path, optimizer):
             assert (tmp_path / "together" / str(i) / file).read_bytes() == (tmp_path / str(i) / file).read_bytes()
 
 
-def test_together_they_are_resumed(tmp_path, monkeypatch):
-    several = [replace(configured(), seed=seed) for seed in (5, 6)]
-    expected = trained_together(tmp_path / "whole", several)
+@pytest.mark.parametrize("device", ["cpu", pytest.param("cuda", marks=on_gpu)])
+def test_together_they_are_resumed(tmp_path, monkeypatch, device):
+    """From a checkpoint between two validations, which holds losses."""
+    several = [replace(configured(), seed=seed, checkpoint_every=1) for seed in (5, 6)]
+    expected = trained_together(tmp_path / "whole", several, device)
     validate, calls = trainer.Member.validate, []
 
     def fail(member, iteration):
@@ -245,13 +247,52 @@ def test_together_they_are_resumed(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(trainer.Member, "validate", fail)
         with pytest.raises(OSError, match="no space"):
-            trained_together(tmp_path / "cut", several)
+            trained_together(tmp_path / "cut", several, device)
+    assert torch.load(tmp_path / "cut" / trainer.CHECKPOINT, weights_only=True)["losses"][1]["loss"].shape == (2,)
     with pytest.raises(ValueError, match=r"^--resume: .*last\.ckpt is of 0, 1, not of 0$"):
-        trained_together(tmp_path / "cut", several[:1])
-    assert trained_together(tmp_path / "cut", several) == expected
+        trained_together(tmp_path / "cut", several[:1], device)
+    resumed = trained_together(tmp_path / "cut", several, device)
+    for i, rows in enumerate(resumed):
+        assert [row["loss"] for row in rows] == pytest.approx([row["loss"] for row in expected[i]], rel=1e-3)
+    if device == "cuda":
+        return  # up to rounding
+    assert resumed == expected
     for i in ("0", "1"):
         for file in (runs.FILE, trainer.METRICS):
             assert (tmp_path / "cut" / i / file).read_bytes() == (tmp_path / "whole" / i / file).read_bytes()
+
+
+def test_what_cannot_be_trained_together(tmp_path):
+    several = [configured(), replace(configured(), seed=1, recipe=replace(RECIPE, lr=0.1))]
+    with pytest.raises(ValueError, match=r"^runs: .*1 differs from .*0 in more than actions and seed"):
+        trained_together(tmp_path, several)
+
+
+def test_graphs_are_captured_anew_where_the_loss_changes(tmp_path, monkeypatch):
+    """Captured is replaced by what it captures, called at the iteration at which it was captured."""
+    recipe = replace(RECIPE, noise_std=((5, 0.1),))
+    captured, used = [], []
+
+    class Called:
+        def __init__(self, loss, batch, parameters):
+            captured.append(loss.keywords["iteration"])
+            self.loss = loss
+
+        def launch(self, seed, batch):
+            used.append(self.loss.keywords["iteration"])
+            torch.manual_seed(seed)
+            self.parts = self.loss(*batch)
+
+        def result(self):
+            return self.parts
+
+    several = [replace(configured(), recipe=recipe, seed=seed) for seed in (5, 6)]
+    expected = trained_together(tmp_path / "plain", several)
+    monkeypatch.setattr(trainer, "Captured", Called)
+    monkeypatch.setattr(trainer.Training, "_run", trainer.Training._replay)
+    assert trained_together(tmp_path / "graphs", several) == expected
+    assert captured == [0, 0, 3, 3, 5, 5]
+    assert used == sorted([0, 3, 3, 5, 5, 5, 5, 5, 0, 0] * 2)
 
 
 @on_gpu
@@ -360,7 +401,7 @@ def test_a_model_can_learn_a_window_by_heart(tmp_path):
 
 def test_training_that_diverges_says_so(tmp_path):
     configuration = configured("--recipe.lr", "1e38", "--recipe.optimizer", "sgd", "--recipe.clip_norm", "null")
-    with pytest.raises(ValueError, match=r"^training has diverged: the loss was \w+ by iteration 3; try a lower --rec"):
+    with pytest.raises(ValueError, match=r"^training has diverged: the loss of .* was \w+ by iteration 3; try a lower"):
         trained(tmp_path, configuration)
     assert not (tmp_path / runs.FILE).exists()
 
@@ -570,6 +611,10 @@ def test_defaults_and_overrides():
         (["tiny", "--data", "synthetic", "--subjects", "1"], "subjects: expected some of none, each once; got 1"),
         (["tiny", "--seed", "-1"], "seed: expected an integer from 0"),
         (["tiny", "--average", "1"], "average: expected a decay between 0 and 1, got 1.0"),
+        (
+            ["vgru-ac", "--model.own_past", "true"],
+            "own_past: in auto-conditioning, closed loop begins again and again",
+        ),
         (["tiny", "--validate-every", "0"], "validate_every: expected a positive integer"),
         (["tiny", "--checkpoint-every", "0"], "checkpoint_every: expected a positive integer"),
         (["tiny", "--iterations", "0"], "iterations: expected a positive integer"),
@@ -706,18 +751,32 @@ def test_a_command_trains_several_at_once(tmp_path, capsys):
     for file in (config.FILE, runs.FILE, trainer.METRICS):
         assert (tmp_path / "several" / "seed-1" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
     assert command("train", *several, "--resume") == 0
-    (tmp_path / "several" / "seed-1" / config.FILE).replace(tmp_path / "moved.json")
     capsys.readouterr()
+    before = sorted(tmp_path.rglob("*"))
     for wrong, message in (
         (several, f"--out: there is a run in {tmp_path}/several/seed-3 already; --resume goes on with it"),
         ([*several, "--resume", "--average", 0.5], "seed-3/config.json has another value of average"),
         ([*said, "--seeds", 1, "--resume", "--out", tmp_path / "one"], f"--out: {tmp_path}/one is a run, not a folder"),
         ([*said, "--seeds", 1, 1, "--out", tmp_path / "new"], "--seeds: expected each once; got 1, 1"),
+        ([*said, "--seeds", 1, "--seed", 1, "--out", tmp_path / "new"], "--seed: --seeds says which already"),
+        ([*said, "--seeds", 3, "--out", tmp_path / "several", "--resume"], "last.ckpt is of seed-3, seed-1, not of se"),
+        ([*several, "--resume", "--seeds", 3, 1, 2], "several has other runs already, and seed-2 is none of them"),
+        ([*said, "--seeds", 2, "--out", tmp_path / "several"], "has other runs already, and seed-2 is none of them"),
+        ([*said, "--out", tmp_path / "several"], f"--out: {tmp_path}/several is a folder of several runs, of --seeds"),
+        (["--resume", "--out", tmp_path / "several" / "seed-1"], f"is one of several runs; name --out {tmp_path}/sev"),
         ([*said, "--seeds", -1, "--out", tmp_path / "new"], "seed: expected an integer from 0 to 2**32 - 1"),
     ):
         assert command("train", *wrong) == 2
         assert message in capsys.readouterr().err
-    assert not (tmp_path / "new").exists()
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_model_for_each_action_is_trained(tmp_path):
+    said = ["tiny", "--data", "synthetic", "--iterations", 2]
+    assert command("train", *said, "--apart", "--out", tmp_path / "apart") == 0
+    assert command("train", *said, "--out", tmp_path / "one") == 0
+    for file in (config.FILE, runs.FILE, trainer.METRICS):
+        assert (tmp_path / "apart" / "gait" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
 
 
 def test_models_of_single_actions_are_runs_of_their_own(tmp_path):

@@ -20,8 +20,8 @@ _spare: dict[str, Tensor] = {}
 def borrow(purpose: str, like: Tensor, *shape: int) -> Tensor:
     """Return a tensor of that shape, its values undefined: large memory that is new costs more to fill than to compute.
 
-    What is not given back, because nothing was backpropagated, is freed as usual. Beside the CPU, torch keeps memory
-    itself, and apart for each stream: there, nothing is borrowed.
+    What is not given back, because nothing was backpropagated, is freed as usual. On other devices than the
+    CPU, torch keeps memory itself, and apart for each stream: there, nothing is borrowed.
     """
     n, spare = math.prod(shape), _spare.pop(purpose, None) if like.is_cpu else None
     if spare is None or len(spare) < n or spare.dtype != like.dtype:

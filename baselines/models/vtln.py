@@ -20,7 +20,7 @@ from npss._checks import is_integer, is_real, one_of, positive_integer
 
 @dataclass(frozen=True)
 class VTLNConfig:
-    """A member of the family; the defaults are VGRU-d as its authors released it.
+    """A member of the family; the defaults are VGRU-d as its authors released it, but for the last two.
 
     Where the paper and the released code differ, `text` is what the paper says and `code` what the code does.
 
@@ -52,7 +52,7 @@ class VTLNConfig:
         loop begins: a mistake of the code.
     own_past : bool
         Whether the first differences in closed loop are those of the model's own predictions of frames that it has
-        read, as in the released code. By default they are those of the frames.
+        read, as in the released code. By default they are those of the frames. `mixed` knows no such beginning.
     """
 
     n_units: int = 512

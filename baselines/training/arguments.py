@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from baselines.data import h36m
 from baselines.models import MODELS
-from baselines.training.config import FILE, Configuration, configuration_of, defaults, parser_of, read
+from baselines.training.config import CHECKPOINT, FILE, Configuration, configuration_of, defaults, parser_of, read
 from npss._checks import one_of
 
 DEVICES = ("auto", "cpu", "cuda")
@@ -46,8 +46,11 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
         raise SystemExit(0)
     options = _options(rest)
     file = file_of(options)
-    if file is not None and file == options.out / FILE and _several(options):
-        raise ValueError(f"--out: {options.out} is a run, not a folder of several")
+    if _several(options):
+        if file is not None and file == options.out / FILE:
+            raise ValueError(f"--out: {options.out} is a run, not a folder of several")
+        if options.seeds is not None and any(said.partition("=")[0] == "--seed" for said in rest):
+            raise ValueError("--seed: --seeds says which already")
     if name is None and file is None:
         raise ValueError(f"MODEL: expected one of {', '.join(MODELS)}, or --config FILE")
     known = defaults(str(name)) if file is None else vars(read(file)).copy()
@@ -75,26 +78,32 @@ def runs_of(configuration: Configuration, options: argparse.Namespace) -> list[t
     Raises
     ------
     TypeError, ValueError
-        If seeds are not what they should be, or a run is there already or has another configuration.
+        If seeds are not what they should be, or there are other runs already.
     """
+    group = (options.out / CHECKPOINT).exists() and not (options.out / FILE).exists()
     if not _several(options):
+        if group:
+            raise ValueError(f"--out: {options.out} is a folder of several runs, of --seeds or --apart")
         return [(configuration, options.out)]
-    apart = [replace(configuration, actions=(action,), validate_on=(action,)) for action in configuration.actions]
     if options.apart and configuration.validate_on != configuration.actions:
         raise ValueError("--validate-on: with --apart, each model is validated on its own action")
-    runs = []
-    for of_action in apart if options.apart else [configuration]:
-        for seed in options.seeds or [None]:
-            names = ([of_action.actions[0]] if options.apart else []) + ([] if seed is None else [f"seed-{seed}"])
-            one = of_action if seed is None else replace(of_action, seed=seed)
-            runs.append((one, options.out / "-".join(names)))
-    if len({out for _, out in runs}) < len(runs):
+    if options.seeds is not None and len(set(options.seeds)) < len(options.seeds):
         raise ValueError(f"--seeds: expected each once; got {', '.join(map(str, options.seeds))}")
+    runs = []
+    for action in configuration.actions if options.apart else [None]:
+        for seed in [None] if options.seeds is None else options.seeds:
+            one, names = configuration, []
+            if action is not None:
+                one, names = replace(one, actions=(action,), validate_on=(action,)), [action]
+            if seed is not None:
+                one, names = replace(one, seed=seed), [*names, f"seed-{seed}"]
+            runs.append((one, options.out / "-".join(names)))
     for one, out in runs:
-        if (out / FILE).exists():
-            if not options.resume:
-                raise ValueError(f"--out: there is a run in {out} already; --resume goes on with it")
-            refuse_changes(out / FILE, asdict(read(out / FILE)), asdict(one))
+        stored = _stored(out, resume=options.resume)
+        if stored is not None:
+            refuse_changes(stored, asdict(read(stored)), asdict(one))
+        elif group:
+            raise ValueError(f"--out: {options.out} has other runs already, and {out.name} is none of them")
     return runs
 
 
@@ -138,12 +147,24 @@ def file_of(options: argparse.Namespace) -> Path | None:
     """Return the file to begin with, after making sure that no run is overwritten."""
     if options.out is None:
         raise ValueError("--out RUN names the folder of the run")
-    stored: Path = options.out / FILE
     given: Path | None = options.config
-    if not stored.exists():
+    stored = _stored(options.out, resume=options.resume)
+    if stored is None:
         return given
-    if not options.resume:
-        raise ValueError(f"--out: there is a run in {options.out} already; --resume goes on with it")
+    if (options.out.parent / CHECKPOINT).exists() and not (options.out / CHECKPOINT).exists():
+        raise ValueError(
+            f"--resume: {options.out} is one of several runs; name --out {options.out.parent}, as at first"
+        )
+    return stored
+
+
+def _stored(out: Path, *, resume: bool) -> Path | None:
+    """Return the configuration of the run that is there, if any, which is to be resumed."""
+    stored = out / FILE
+    if not stored.exists():
+        return None
+    if not resume:
+        raise ValueError(f"--out: there is a run in {out} already; --resume goes on with it")
     return stored
 
 

@@ -61,7 +61,10 @@ class Captured:
             self._graph.replay()
 
     def result(self) -> dict[str, Tensor]:
-        """Return the loss of the batch that was launched last, which can be backpropagated, and its parts."""
+        """Return the loss of the batch that was launched last, and its parts.
+
+        The loss can be backpropagated until the next launch: its gradients are there already.
+        """
         torch.cuda.current_stream(self._stream.device).wait_stream(self._stream)
         parts = {name: value.clone() for name, value in self._parts.items()}
         loss = _Replayed.apply(parts["loss"], self._gradients, *self._parameters)  # type: ignore[no-untyped-call]

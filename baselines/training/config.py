@@ -27,6 +27,8 @@ except ImportError:
 
 #: The file of a run that states its configuration.
 FILE = "config.json"
+#: The file from which training goes on: of a run, or of all that are trained together, in the folder above theirs.
+CHECKPOINT = "last.ckpt"
 SOURCES = ("h36m", "synthetic")
 SELECT = ("released", "paper", "euler", "last")
 _MADE_WITH = "made_with"  # stated in the file for those who read it
@@ -89,6 +91,8 @@ class Configuration:
         positive_integer("checkpoint_every", self.checkpoint_every)
         if self.average is not None and positive_number("average", self.average) >= 1:
             raise ValueError(f"average: expected a decay between 0 and 1, got {self.average}")
+        if self.recipe.regime == "auto-conditioning" and getattr(self.model, "own_past", False):
+            raise ValueError("own_past: in auto-conditioning, closed loop begins again and again; leave it out")
         synthetic = self.data == "synthetic"
         _some_of("actions", self.actions, (GAIT,) if synthetic else ACTIONS)
         _some_of("validate_on", self.validate_on, self.actions)

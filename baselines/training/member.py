@@ -94,15 +94,22 @@ class Member(nn.Module):
         for name, value in parts.items():
             self.losses[name].append(value.detach())
 
+    def kept(self) -> dict[str, Tensor]:
+        """Return what has been remembered, by name (n,)."""
+        # What comes from a checkpoint is on the CPU.
+        device = self.mean.device
+        return {name: torch.stack([value.to(device) for value in values]) for name, values in self.losses.items()}
+
     def validate(self, iteration: int) -> Row:
         """Measure the model, keep it if it is the best so far, write down what was measured, and return it."""
         recipe, select = self.configuration.recipe, self.configuration.select
         row: Row = {"iteration": iteration, "lr": recipe.learning_rate(iteration - 1)}
-        row |= {name: torch.stack(values).mean().item() for name, values in self.losses.items()}
+        row |= {name: values.mean().item() for name, values in self.kept().items()}
         self.losses.clear()
         if not math.isfinite(row["loss"]):
             raise ValueError(
-                f"training has diverged: the loss was {row['loss']} by iteration {iteration}; try a lower --recipe.lr"
+                f"training has diverged: the loss of {self.out} was {row['loss']} by iteration {iteration}; "
+                f"try a lower --recipe.lr"
             )
         model = self.model
         if self.average is not None:

@@ -9,6 +9,7 @@ import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -19,7 +20,7 @@ from torch import Tensor, nn
 from baselines.evaluate import Task
 from baselines.training._files import write_atomically
 from baselines.training.captured import Captured
-from baselines.training.config import Configuration
+from baselines.training.config import CHECKPOINT, Configuration
 from baselines.training.member import METRICS, Member
 from baselines.training.recipe import Recipe
 from baselines.training.rmsprop import RMSpropTF
@@ -34,9 +35,6 @@ except ImportError:
     raise ImportError("training needs lightning: pip install 'npss[baselines]'") from None
 
 __all__ = ["CHECKPOINT", "METRICS", "AtomicIO", "Member", "train", "train_together"]
-
-#: The file from which training goes on: of a run, or of all that are trained together.
-CHECKPOINT = "last.ckpt"
 
 _Batches = Sequence[tuple[Tensor, Tensor]]  # one for each member
 
@@ -63,6 +61,10 @@ class Training(LightningModule):
         self.members = nn.ModuleList(members)
         self.configuration = members[0].configuration
         self.recipe: Recipe = self.configuration.recipe
+        for member in members[1:]:
+            one = member.configuration
+            if replace(self.configuration, actions=one.actions, validate_on=one.validate_on, seed=one.seed) != one:
+                raise ValueError(f"runs: {member.out} differs from {members[0].out} in more than actions and seed")
         self.out = out
         self._captured: list[Captured] = []
         self._captured_at: object = None
@@ -159,16 +161,14 @@ class Training(LightningModule):
         members = self._members()
         checkpoint["runs"] = self._names()
         checkpoint["rows"] = [member.rows for member in members]
-        checkpoint["losses"] = [
-            {name: torch.stack(values) for name, values in member.losses.items()} for member in members
-        ]
+        checkpoint["losses"] = [member.kept() for member in members]
 
     def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Restore what had been measured."""
-        if checkpoint["runs"] != self._names():
+        names = checkpoint.get("runs", ["another version"])
+        if names != self._names():
             raise ValueError(
-                f"--resume: {self.out / CHECKPOINT} is of {', '.join(checkpoint['runs'])}, not of "
-                f"{', '.join(self._names())}"
+                f"--resume: {self.out / CHECKPOINT} is of {', '.join(names)}, not of {', '.join(self._names())}"
             )
         for member, rows, losses in zip(self._members(), checkpoint["rows"], checkpoint["losses"], strict=True):
             member.rows = rows
@@ -244,7 +244,7 @@ def train_together(
     Parameters
     ----------
     runs : sequence of tuple
-        The first four arguments of `train`, for each run. Their configurations differ in data and seeds only.
+        The first four arguments of `train`, for each run. Their configurations differ in actions and seeds only.
     out : Path
         The folder of the checkpoint; it is there.
     device, tensorboard
@@ -260,7 +260,7 @@ def train_together(
     Raises
     ------
     ValueError
-        As `train`.
+        As `train`; or if configurations differ in more than that. One that diverges ends all.
     """
     checkpoint = out / CHECKPOINT
     logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)  # no advertisements
@@ -288,10 +288,12 @@ def train_together(
 
 @contextmanager
 def _multiplying(precision: str) -> Iterator[None]:
-    """Set how exact matrix products of float32 are."""
-    before = torch.get_float32_matmul_precision()
+    """Set how exact matrix products of float32 are, those in torch's LSTM among them."""
+    before, in_lstm = torch.get_float32_matmul_precision(), torch.backends.cudnn.allow_tf32
     torch.set_float32_matmul_precision(precision)
+    torch.backends.cudnn.allow_tf32 = precision == "high"
     try:
         yield
     finally:
         torch.set_float32_matmul_precision(before)
+        torch.backends.cudnn.allow_tf32 = in_lstm
