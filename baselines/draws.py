@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 import npss
-from baselines.evaluate import Task, evaluate
+from baselines.evaluate import evaluate
+from baselines.tasks import Task
 from baselines.training import runs
 from npss._checks import positive_integer
 from npss._records import Record

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from baselines.evaluate import Task, add_task_options, is_run, tasks_of
+from baselines.evaluate import is_run
 from baselines.predictors import PREDICTORS, Predictor
+from baselines.tasks import Task, add_task_options, tasks_of
 from npss import parse_signature, signature
 from npss._cli import report
 from npss._cli.leaderboard import add_options, board_of, show

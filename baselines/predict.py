@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from baselines.evaluate import add_task_options, tasks_of
+from baselines.tasks import add_task_options, tasks_of
 from npss import euler_error_curve, poses_to_euler
 from npss._checks import Array
 

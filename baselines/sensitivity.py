@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from baselines.data import gait, h36m
-from baselines.evaluate import N_SEED, N_TARGET
 from baselines.predictors import zero_velocity
+from baselines.tasks import N_SEED, N_TARGET
 from npss import CONVENTIONS, euler_error, poses_to_euler, protocol, score, signature
 from npss._checks import Float64
 from npss._euler_error import MOVES
@@ -52,7 +52,7 @@ def h36m_motion(root: Path) -> Motion:
 
 
 def synthetic_motion(n: int = 64) -> Motion:
-    """Return the windows of `baselines.evaluate.synthetic_task`, and two seconds more."""
+    """Return the windows of `baselines.tasks.synthetic_task`, and two seconds more."""
     poses = gait.gait(n, N_SEED + N_TARGET + N_SEED, rng=np.random.default_rng(0))
     return Motion(f"synthetic-{n}", list(poses_to_euler(poses)), [N_SEED] * n)
 

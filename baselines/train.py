@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from baselines.data import h36m
-from baselines.evaluate import Task
+from baselines.tasks import Task
 
 if TYPE_CHECKING:
     from baselines.training.config import Configuration

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import npss
 from baselines.data import gait, h36m
-from baselines.evaluate import h36m_tasks
+from baselines.tasks import h36m_tasks
 from npss import _diagnose
 from npss._cli import main
 from npss._files import read_samples

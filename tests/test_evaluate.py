@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import npss
-from baselines import evaluate
+from baselines import evaluate, tasks
 from baselines.__main__ import main
 from baselines.predictors import PREDICTORS
 
@@ -37,7 +37,7 @@ class TestSynthetic:
         assert list(record) == ["model", "action", "euler_error", "npss", "npss_windows", "signature", "signatures"]
         assert list(record["euler_error"]) == ["80", "160", "320", "400", "560", "1000"]
         assert list(record["npss"]) == ["paper", "released", "literal"]
-        task = evaluate.synthetic_task()
+        task = tasks.synthetic_task()
         gt = npss.poses_to_euler(task.target)
         pred = np.broadcast_to(npss.poses_to_euler(task.seed[:, -1:]), gt.shape)
         for name in npss.CONVENTIONS:
@@ -65,7 +65,7 @@ class TestSynthetic:
         assert run(capsys, "--synthetic") == run(capsys, "--synthetic")
 
     def test_no_trivial_predictor_is_perfect_or_absurd(self):
-        task = evaluate.synthetic_task()
+        task = tasks.synthetic_task()
         for name, predictor in PREDICTORS.items():
             record = evaluate.evaluate(name, predictor, task)
             assert 0.05 < record["npss"]["paper"] < 10
@@ -87,7 +87,7 @@ class TestSynthetic:
         assert "euler_error|version:1|" in out
 
     def test_numbers_are_rounded_not_cut(self):
-        record = json.loads(json.dumps(evaluate.evaluate("m", PREDICTORS["repeat-50"], evaluate.synthetic_task())))
+        record = json.loads(json.dumps(evaluate.evaluate("m", PREDICTORS["repeat-50"], tasks.synthetic_task())))
         record["npss"]["paper"], record["euler_error"]["80"] = 12.34567, 1234567.0
         row = next(line for line in evaluate.summary([record]).splitlines() if line.startswith("m "))
         assert row.split()[1] == "12.3457*"
@@ -142,9 +142,10 @@ UNWRAPPED = {"off": ("2.940", "0.943"), "target": ("2.417", "0.763"), "seed": ("
 
 @pytest.fixture(scope="module")
 def records(h36m_root):
-    tasks = evaluate.h36m_tasks(h36m_root, ("walking", "eating", "smoking"))
     return {
-        (task.action, name): evaluate.evaluate(name, PREDICTORS[name], task) for task in tasks for name in PREDICTORS
+        (task.action, name): evaluate.evaluate(name, PREDICTORS[name], task)
+        for task in tasks.h36m_tasks(h36m_root, ("walking", "eating", "smoking"))
+        for name in PREDICTORS
     }
 
 
@@ -172,7 +173,7 @@ class TestHuman36M:
 
     @pytest.mark.parametrize("unwrapped", UNWRAPPED)
     def test_unwrapping_changes_smoking(self, h36m_root, unwrapped):
-        (task,) = evaluate.h36m_tasks(h36m_root, ("smoking",))
+        (task,) = tasks.h36m_tasks(h36m_root, ("smoking",))
         record = evaluate.evaluate("zero-velocity", PREDICTORS["zero-velocity"], task, unwrapped=unwrapped)
         assert tuple(f"{record['npss'][name]:.3f}" for name in ("paper", "released")) == UNWRAPPED[unwrapped]
         assert f"unwrap:{unwrapped}" in record["signatures"]["paper"]
@@ -180,12 +181,12 @@ class TestHuman36M:
 
     @pytest.mark.parametrize("unwrapped", ["target", "seed"])
     def test_unwrapping_does_not_change_walking_and_eating(self, h36m_root, records, unwrapped):
-        for task in evaluate.h36m_tasks(h36m_root, ("walking", "eating")):
+        for task in tasks.h36m_tasks(h36m_root, ("walking", "eating")):
             record = evaluate.evaluate("zero-velocity", PREDICTORS["zero-velocity"], task, unwrapped=unwrapped)
             assert record["npss"]["paper"] == pytest.approx(records[task.action, "zero-velocity"]["npss"]["paper"])
 
     def test_dc_is_nearly_all_of_the_weight(self, h36m_root):
-        for task in evaluate.h36m_tasks(h36m_root, ("walking", "eating", "smoking")):
+        for task in tasks.h36m_tasks(h36m_root, ("walking", "eating", "smoking")):
             transform = np.fft.fft(npss.poses_to_euler(task.target), axis=1)
             for power in (np.square(np.abs(transform)), np.square(transform.real)):
                 assert 0.94 < power[:, 0].sum() / power.sum() < 0.985

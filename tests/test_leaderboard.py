@@ -403,7 +403,7 @@ class TestCommands:
 
     def test_baselines_and_files_on_the_same_windows(self, capsys, tmp_path):
         from baselines.__main__ import main as baselines
-        from baselines.evaluate import synthetic_task
+        from baselines.tasks import synthetic_task
 
         task = synthetic_task()
         file = write(tmp_path / "perfect.npz", task.target, {"gait": task.target, "other": task.target})
@@ -417,7 +417,7 @@ class TestCommands:
 
     def test_files_of_other_windows(self, capsys, tmp_path):
         from baselines.__main__ import main as baselines
-        from baselines.evaluate import synthetic_task
+        from baselines.tasks import synthetic_task
 
         target = synthetic_task().target
         moved = write(tmp_path / "moved.npz", target + 0.1, {"gait": target})

@@ -10,13 +10,13 @@ import npss
 from baselines.__main__ import main
 from baselines.data.motion import Clip
 from baselines.data.motion_h36m import joints_of_poses
-from baselines.evaluate import synthetic_task
 from baselines.leaderboard import add_g, submit
 from baselines.manifold import runs
 from baselines.manifold.autoencoder import Autoencoder, AutoencoderConfig
 from baselines.manifold.config import FILE, defaults, write
 from baselines.manifold.normalization import normalization
 from baselines.manifold.prepared import motion_set, prepare
+from baselines.tasks import synthetic_task
 from npss._submissions import records_of
 
 MODELS = ["zero-velocity", "repeat-50"]

@@ -94,8 +94,9 @@ def test_spot_values(h36m, model, action, number, at, value):
 
 
 def test_the_reference_predictor_reproduces_its_published_row(h36m, h36m_root):
-    from baselines.evaluate import evaluate, h36m_tasks
+    from baselines.evaluate import evaluate
     from baselines.predictors import PREDICTORS
+    from baselines.tasks import h36m_tasks
 
     for task in h36m_tasks(h36m_root, ["walking", "eating"]):
         measured = evaluate("zero-velocity", PREDICTORS["zero-velocity"], task)
@@ -144,8 +145,9 @@ def test_signatures_are_those_of_the_tables():
 
 
 def test_records_are_in_the_form_of_evaluate(h36m):
-    from baselines.evaluate import evaluate, synthetic_task
+    from baselines.evaluate import evaluate
     from baselines.predictors import PREDICTORS
+    from baselines.tasks import synthetic_task
 
     measured = evaluate("zero-velocity", PREDICTORS["zero-velocity"], synthetic_task(2))
     assert [*measured, "source", "published"] == list(h36m["VGRU-d", "walking"])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import npss
-from baselines import evaluate, sensitivity
+from baselines import evaluate, sensitivity, tasks
 from baselines.predictors import PREDICTORS
 from npss._cli import run as run_command
 
@@ -116,13 +116,13 @@ def test_a_stride_is_found_where_half_a_stride_looks_alike(length):
 
 class TestRecords:
     def test_windows_are_those_of_evaluate(self):
-        task, motion = evaluate.synthetic_task(), sensitivity.synthetic_motion()
+        task, motion = tasks.synthetic_task(), sensitivity.synthetic_motion()
         gt = npss.poses_to_euler(task.target)
         assert motion.protocol == task.protocol
         assert np.array_equal(motion.at([start + FRAMES for start in motion.starts]), gt)
 
     def test_zero_velocity_is_that_of_evaluate(self, gait_records):
-        record = evaluate.evaluate("", PREDICTORS["zero-velocity"], evaluate.synthetic_task())
+        record = evaluate.evaluate("", PREDICTORS["zero-velocity"], tasks.synthetic_task())
         assert gait_records[0]["distortion"] == "zero-velocity"
         assert gait_records[0]["npss"] == record["npss"]
 

@@ -230,8 +230,9 @@ class TestScores:
         assert "McNemar" not in call(small, "--scores", path)[1]
 
     def test_records_as_evaluate_prints_them(self, call, tmp_path):
-        from baselines.evaluate import evaluate, synthetic_task
+        from baselines.evaluate import evaluate
         from baselines.predictors import PREDICTORS
+        from baselines.tasks import synthetic_task
 
         task = synthetic_task(2)
         measured = [evaluate(name, PREDICTORS[name], task) for name in ("zero-velocity", "repeat-50")]

@@ -22,10 +22,11 @@ from torch import nn
 import npss
 from baselines import predict, train
 from baselines.draws import evaluate_run
-from baselines.evaluate import evaluate, h36m_tasks, synthetic_task
+from baselines.evaluate import evaluate
 from baselines.models import MODELS, ModelSpec
 from baselines.models.base import POSE, MotionModel
 from baselines.predictors import zero_velocity
+from baselines.tasks import h36m_tasks, synthetic_task
 from baselines.training import arguments, config, objectives, runs, trainer, validation, windows
 from baselines.training.recipe import Recipe
 from baselines.training.rmsprop import RMSpropTF

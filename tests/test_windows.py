@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from baselines.data import h36m
-from baselines.evaluate import synthetic_task
+from baselines.tasks import synthetic_task
 from baselines.training import windows
 from baselines.training.windows import Batches, Clip, TrainingSet
 from npss.protocol import COLUMNS, TEST_SUBJECT, normalization, srnn_windows

@@ -14,9 +14,9 @@ import torch
 from torch import Tensor, nn
 from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
-from baselines.evaluate import Task
 from baselines.models import MODELS
 from baselines.models.base import MotionModel
+from baselines.tasks import Task
 from baselines.training import objectives, runs, validation
 from baselines.training._files import write_atomically
 from baselines.training.config import Configuration

@@ -17,7 +17,7 @@ from typing import Any, cast
 import torch
 from torch import Tensor, nn
 
-from baselines.evaluate import Task
+from baselines.tasks import Task
 from baselines.training._files import write_atomically
 from baselines.training.captured import Captured
 from baselines.training.config import CHECKPOINT, Configuration

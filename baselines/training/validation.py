@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 import npss
-from baselines.evaluate import Task
 from baselines.predictors import Predictor
+from baselines.tasks import Task
 from npss.protocol import FPS, SLICES_MS
 
 _CONVENTIONS = ("released", "paper")

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baselines.data import gait, h36m
-from baselines.evaluate import N_SEED, N_TARGET, Task
+from baselines.tasks import N_SEED, N_TARGET, Task
 from npss._checks import Array, is_integer, positive_integer
 from npss.protocol import COLUMNS, FPS, TEST_SUBJECT, TRAIN_SUBJECTS, Normalization, Window, normalization, srnn_windows
 

@@ -19,8 +19,9 @@ def add_parser(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Print the leaderboard."""
     # Here, not above: the library does not need its reference models.
-    from baselines.evaluate import evaluate, summary, synthetic_task
+    from baselines.evaluate import evaluate, summary
     from baselines.predictors import PREDICTORS
+    from baselines.tasks import synthetic_task
 
     task = synthetic_task()
     print(summary([evaluate(name, predictor, task) for name, predictor in PREDICTORS.items()]))
