@@ -185,5 +185,12 @@ class TestSamples:
         expected = np.zeros((2, F))  # the frames that change
         expected[:, 5] = 0.2
         assert motion == pytest.approx(expected)
+
+        class Faint(Pairs):  # beside the two frames, a little changes
+            def decode(self, code, n_frames):
+                motion = super().decode(code, n_frames)
+                return motion + 0.09 * np.roll(motion, 2, axis=1)
+
+        assert len(filter_motion(Faint(), (4, F), 5, 8)) == 2
         with pytest.raises(ValueError, match="unit: expected one of 0 to 62, got 63"):
             filter_motion(Pairs(), (4, F), 63, 8)

@@ -78,7 +78,7 @@ def filter_motion(
     Returns
     -------
     (T, F) ndarray
-        Features of the frames that it changes, by a hundredth of the largest change or more.
+        Features of the frames that it changes, by a tenth of the largest change or more.
 
     Raises
     ------
@@ -94,6 +94,6 @@ def filter_motion(
     change = np.abs(excited - rest).max(axis=1)
     if not change.any():
         raise ValueError(f"unit: {unit} changes nothing")
-    frames = np.flatnonzero(change >= change.max() / 100)
+    frames = np.flatnonzero(change >= change.max() / 10)
     motion: Array = (rest + (excited - rest) * (largest / change.max()))[frames[0] : frames[-1] + 1]
     return motion
