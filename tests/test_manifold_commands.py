@@ -77,8 +77,10 @@ class TestPictures:
             {"use": "nearest", "method": method, "metric": "map", "value": v, "signature": line}
             for method, v in (("euclidean", 0.4), ("manifold", 0.6))
         ]
-        figure = gallery.retrieval(records)
-        assert [bar.get_width() for bar in figure.axes[0].patches] == [0.4, 0.6]
+        (axes,) = gallery.retrieval(records).axes
+        assert [bar.get_width() for bar in axes.patches] == [0.4, 0.6]
+        middles = [bar.get_y() + bar.get_height() / 2 for bar in axes.patches]
+        assert axes.get_ylim() == pytest.approx((min(middles) - 1, max(middles) + 1))  # however many there are
 
     def test_no_such_clip(self, bench, motions):
         assert gallery.clip_named(motions, "synthetic/gait/3") == gallery.clip_named(motions, "gait/3") == 3

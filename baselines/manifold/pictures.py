@@ -115,6 +115,7 @@ def bars(values: Mapping[str, Mapping[str, float]], what: str, *notes: str) -> F
         axes.bar_label(drawn, fmt="%.3f", fontsize=SMALL - 1, padding=2)
     middles = [-(i * (len(names) + 1) + (len(names) - 1) / 2) for i in range(len(groups))]
     axes.set_yticks(middles, [label(group) for group in groups])
+    axes.set_ylim(-len(groups) * (len(names) + 1) + 1, 1)
     axes.set_xlabel(what, fontsize=SMALL)
     axes.legend(frameon=False, fontsize=SMALL - 1, loc="upper left", bbox_to_anchor=(1, 1))
     tidy(axes, grid="x")
