@@ -93,12 +93,13 @@ def open_page(browser, pages):
         media = {"prefers-color-scheme": scheme, "prefers-reduced-motion": motion}
         features = [{"name": key, "value": value} for key, value in media.items()]
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
-        browser.get(pages[name])
-        browser.execute_script("localStorage.clear()")
+        browser.get("about:blank")
+        browser.execute_cdp_cmd("Storage.clearDataForOrigin", {"origin": "file://", "storageTypes": "all"})
         if before:
             script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": before})
             scripts.append(script)
-        browser.refresh()
+        browser.get(pages[name])
+        wait_for_the_page(browser)
         return browser
 
     yield visit
@@ -143,6 +144,11 @@ def clock(browser):
 
 def wait(browser, condition):
     return WebDriverWait(browser, 10, poll_frequency=0.05).until(condition)
+
+
+def wait_for_the_page(browser):
+    """Wait until it shows a title: a survey first looks for answers that it was given before."""
+    wait(browser, lambda b: any(title.is_displayed() for title in every(b, "h1")))
 
 
 def drag(browser, canvas, x, y):
@@ -407,7 +413,8 @@ def test_answers_outlast_the_page(open_page):
     answer(browser, "B")
     get(browser, "input[value=A]").click()  # chosen, not yet on to the next
     browser.refresh()
-    wait(browser, lambda b: get(b, "#number").text == "Question 3 of 3")
+    wait_for_the_page(browser)
+    assert get(browser, "#number").text == "Question 3 of 3"
     get(browser, "#question .back").click()
     assert get(browser, "input[value=A]").is_selected()
     get(browser, "#question .back").click()
@@ -421,6 +428,7 @@ def test_another_participant_starts_anew(open_page, tmp_path):
     start(browser)
     answer_all(browser)
     browser.refresh()
+    wait_for_the_page(browser)
     assert get(browser, "#end").is_displayed()
     get(browser, "#end .back").click()
     assert get(browser, "#number").text == "Question 3 of 3"
@@ -437,12 +445,12 @@ def test_another_participant_starts_anew(open_page, tmp_path):
 @pytest.mark.parametrize(
     "broken",
     [
-        "Object.defineProperty(window, 'localStorage', {get() { throw new DOMException('refused'); }})",
-        "Storage.prototype.getItem = () => '{broken'",
+        "Object.defineProperty(window, 'indexedDB', {get() { throw new DOMException('refused'); }})",
+        "IDBObjectStore.prototype.get = () => { throw new DOMException('broken'); }",
     ],
-    ids=["no storage", "not readable"],
+    ids=["no database", "not readable"],
 )
-def test_a_survey_without_storage(open_page, broken):
+def test_a_survey_without_a_database(open_page, broken):
     browser = open_page("survey", before=broken)
     start(browser)
     answer_all(browser)

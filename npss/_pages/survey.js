@@ -4,21 +4,38 @@ const survey = JSON.parse(document.getElementById("data").textContent);
 // What a look at the page must not tell: the names of the models.
 const models = JSON.parse(new TextDecoder().decode(Uint8Array.from(atob(survey.key), (letter) => letter.charCodeAt(0))));
 const questions = survey.questions;
-const place = `npss-survey-${survey.id}`;
 const get = (id) => document.getElementById(id);
 const player = new Player(get("player"), survey.figure, { abreast: true });
 
 let state = { participant: "", answers: {} };
-try {
-  const kept = JSON.parse(localStorage.getItem(place));
-  if (kept) state = kept;
-} catch {
-  // No storage, or nothing that can be read: the survey starts anew.
+
+// The state waits for the page to be opened again, in IndexedDB: in a page that is a file, localStorage may then be older
+// than what was written last, or empty (seen in Chromium 156, one time in four).
+let database = null;
+
+function request(asked) {
+  return new Promise((resolve, reject) => {
+    asked.onsuccess = () => resolve(asked.result);
+    asked.onerror = () => reject(asked.error);
+  });
+}
+
+async function recall() {
+  try {
+    const opening = indexedDB.open("npss-survey", 1);
+    opening.onupgradeneeded = () => opening.result.createObjectStore("states");
+    database = await request(opening);
+    state = (await request(database.transaction("states").objectStore("states").get(survey.id))) ?? state;
+  } catch {
+    // No database, or nothing that can be read: the survey starts anew.
+  }
 }
 
 function keep() {
   try {
-    localStorage.setItem(place, JSON.stringify(state));
+    const transaction = database.transaction("states", "readwrite");
+    transaction.objectStore("states").put(state, survey.id);
+    transaction.commit(); // without waiting for an answer: the page may be closed before
   } catch {
     // Answers then last as long as the page is open.
   }
@@ -118,5 +135,7 @@ get("again").addEventListener("click", () => {
 });
 
 get("progress").max = questions.length;
-get("participant").value = state.participant;
-show(state.participant ? firstOpen() : -1);
+recall().then(() => {
+  get("participant").value = state.participant;
+  show(state.participant ? firstOpen() : -1);
+});
