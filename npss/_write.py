@@ -1,0 +1,41 @@
+"""Write files aside, then rename them: a full disk, an error or a kill never costs what was there before."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+
+def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
+    """Let `write` write a new file beside `path`, and rename it to `path` once it is whole.
+
+    The new file has a name of its own, so several processes may write the same `path`: the last one wins. What is no
+    regular file (a device, a pipe) is written in place. A link stays a link; the file that it points to is replaced.
+
+    Raises
+    ------
+    OSError
+        If writing fails; the message names `path`, which is as it was.
+    """
+    target = path.resolve()
+    if target.exists() and not target.is_file():
+        write(target)
+        return
+    part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    try:
+        # Create it here, and exclusively: the name is nobody else's, and the user's umask applies.
+        os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+        write(part)
+        part.replace(target)
+    except OSError as error:
+        raise OSError(error.errno, f"cannot write {path}: {error.strerror or error}") from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_text_atomically(path: Path, text: str) -> None:
+    """Write text as UTF-8, with the ends of lines as they are, as `write_atomically` does."""
+    write_atomically(path, lambda part: part.write_text(text, encoding="utf-8", newline=""))
