@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from baselines.data import h36m
-from npss.protocol import ACTIONS, TRAIN_SUBJECTS, random_windows, srnn_windows
+from npss.protocol import ACTIONS, TEST_LENGTHS, TRAIN_SUBJECTS, random_windows, srnn_windows
 
 MISSING = {
     "S5": "directions_1 discussion_1 discussion_2 sittingdown_1 waiting_1 waiting_2",
@@ -270,6 +270,15 @@ class TestHuman36M:
         text = (data.folder / f"{name}.txt").read_text().replace("\n", ",").rstrip(",")
         assert np.array_equal(rows.ravel(), np.array([float(field) for field in text.split(",")]).astype(np.float32))
         assert np.array_equal(rows, np.loadtxt(data.folder / f"{name}.txt", delimiter=",", dtype=np.float32))
+
+    def test_lengths_of_the_test_clips(self, h36m_root):
+        data = h36m.open_root(h36m_root)
+        for action, lengths in TEST_LENGTHS.items():
+            for clip, length in enumerate(lengths, 1):
+                if length is not None:
+                    assert len(h36m.load(data, 5, action, clip, fps=25)) == length
+                else:
+                    assert f"S5/{action}_{clip}.txt" in h36m.missing(data)
 
     @pytest.mark.parametrize("action", ACTIONS)
     def test_windows_of_every_action_that_has_a_test_set(self, h36m_root, action):

@@ -40,6 +40,15 @@ class TestConstants:
         assert list(COLUMNS) == [column for first, last in ends for column in range(first, last + 1)]
         assert len(COLUMNS) == 54
 
+    def test_lengths_of_the_test_clips(self):
+        assert tuple(protocol.TEST_LENGTHS) == protocol.ACTIONS
+        assert {action: protocol.TEST_LENGTHS[action] for action in KNOWN} == {
+            action: lengths for action, (lengths, _) in KNOWN.items()
+        }
+        assert sum(length is None for pair in protocol.TEST_LENGTHS.values() for length in pair) == 6
+        with pytest.raises(TypeError):
+            protocol.TEST_LENGTHS["walking"] = (1500, 1500)
+
     def test_the_test_subject_is_not_trained_on(self):
         assert TEST_SUBJECT not in TRAIN_SUBJECTS
 
