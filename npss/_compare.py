@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,11 +12,12 @@ import numpy.typing as npt
 from npss._checks import Float64, motion_array, motion_pair, one_of, positive_number
 from npss._convention import Convention, as_convention
 from npss._euler_error import sequence_errors
+from npss._fields import Value
 from npss._frames import whole_frames
 from npss._report import contributions
 from npss._score import quotient, weighted_sums
 from npss._sign_flip import SAMPLES, SignFlips, sign_flips
-from npss._signature import Value, signature, stated_with
+from npss._signature import signature, stated_with
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -97,6 +99,7 @@ def compare(
     fps: float | None = None,
     at_ms: float | None = None,
     seed: int = 0,
+    extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Comparison:
     """Test whether one prediction is better than another, by exchanging the two in some of the sequences.
@@ -121,8 +124,10 @@ def compare(
         The time of the Euler error, in milliseconds.
     seed : int, optional
         Of the generator that draws exchanges, where not all are tried.
+    extra : mapping of str to str, int, float or bool; optional
+        Fields of one's own that the signature states.
     **context
-        What else the signature states, as for `signature`.
+        Known fields that the signature states, as for `signature`.
 
     Returns
     -------
@@ -176,7 +181,8 @@ def compare(
             raise ValueError("at_ms: the Euler error is one of a time: give fps and at_ms")
         frame = whole_frames("at_ms", at_ms, rate, first=1, last=truth.shape[1], per_second=1000) - 1
         known |= {"at_ms": at_ms, "columns": "gt", "average": "at"}
-    stated = stated_with(context, **known)
+    stated = stated_with(compare, context, extra, **known)
+    meaning = signature(chosen if metric == "npss" else None, metric=metric, **stated)
 
     def measured(name: str, values: npt.ArrayLike) -> tuple[float, Float64, Float64]:
         try:
@@ -197,7 +203,7 @@ def compare(
     return Comparison(
         a=a,
         b=b,
-        signature=signature(chosen if metric == "npss" else None, metric=metric, **stated),
+        signature=meaning,
         n=int(counts.sum()),
         p_value=flips.p_value(),
         exact=flips.exact,

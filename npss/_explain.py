@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from npss._convention import CONVENTIONS, Convention, as_convention, convention_name
+from npss._fields import FIELDS
 from npss._signature import METRIC_VERSION, parse_signature, stated_of
 
 _CHOICES = {
@@ -24,31 +25,6 @@ _NAMED = {
     "paper": "what the text of the NPSS paper defines",
     "released": "what the code released with the NPSS paper computes, and published tables hold",
     "literal": "equations 7 to 9 of the NPSS paper as they are printed",
-}
-
-_CONTEXT = {
-    "representation": "representation of the motion",
-    "frames": "predicted frames (T)",
-    "fps": "frames per second",
-    "window": "time window scored, in seconds",
-    "protocol": "test windows",
-    "unwrap": "jumps of 2 pi removed",
-    "columns": "features that count in the Euler error",
-    "average": "Euler error",
-}
-
-_MEANINGS = {
-    ("representation", "euler"): "Euler angles in the Human3.6M convention, columns 0-5 zeroed",
-    ("protocol", "srnn-8"): "the eight windows per action of subject 5 (SRNN seeds)",
-    ("protocol", "random-256"): "256 random windows per action of subject 5 (Mao et al.)",
-    ("unwrap", "off"): "no",
-    ("unwrap", "target"): "yes, over the scored frames alone",
-    ("unwrap", "seed"): "yes, from the first seed frame on",
-    ("columns", "gt"): "those that move in the ground truth (standard deviation > 1e-4 over the frames)",
-    ("columns", "pred"): "those that move in the prediction",
-    ("columns", "all"): "all",
-    ("average", "at"): "at the stated times",
-    ("average", "up-to"): "averaged up to the stated times",
 }
 
 #: What a number must state to stand beside a published one: for each table, the fields and their values; None for a
@@ -116,10 +92,11 @@ def explain(signature: str) -> str:
     for metric in values["metric"].split("+"):
         lines += _explain_metric(metric, values)
     stated = [
-        f"  {_CONTEXT.get(name, name)}: {_MEANINGS.get((name, value), value)}"
-        for name, value in values.items()
-        if name not in ("metric", "version", "convention")
+        f"  {field.says}: {field.means.get(values[name], values[name])}"
+        for name, field in FIELDS.items()
+        if name in values
     ]
+    stated += [f"  {name}: {value}" for name, value in values.get("extra", {}).items()]
     lines += ["Stated with it:", *stated] if stated else ["Nothing else is stated."]
     version = values["version"]
     same = "the one this library computes" if version == METRIC_VERSION else f"this library computes {METRIC_VERSION}"
@@ -156,9 +133,10 @@ def _conventions(values: dict[str, Any]) -> list[Convention]:
 
 
 def _compare(values: dict[str, Any], table: str, needed: dict[str, tuple[object, ...]]) -> str:
-    known = {"metric", "version", *needed}
+    known = {"metric", "version", "extra", *needed}
     missing = [name for name, allowed in needed.items() if name not in values and None not in allowed]
     missing += [f"what {name} means" for name in values if name not in known and values[name] is not None]
+    missing += [f"what {name} means" for name in values.get("extra", ())]
     differing: list[str] = []
     subject = {"npss": "NPSS", "euler_error": "Euler error"}[values["metric"]]
     for name, allowed in needed.items():

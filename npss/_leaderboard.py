@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from npss import published as published_rows
+from npss._fields import Value, check_names
 from npss._records import Record
 from npss._report import Report
 from npss._results import Result, result_of_report, results_of_record
-from npss._signature import Value
 from npss._standings import notes, standings
-from npss._submissions import read_all
+from npss._submissions import MEASURED, read_all
 
 if TYPE_CHECKING:
     from npss._leaderboard_frame import Leaderboard
@@ -30,6 +30,7 @@ def leaderboard(
     by: str | None = None,
     level: float = 0.95,
     seed: int = 0,
+    extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Leaderboard:
     """Rank models: scores with intervals, and marks where a difference is more than chance.
@@ -50,8 +51,10 @@ def leaderboard(
         Of the confidence intervals; a difference is marked at 1 minus it.
     seed : int, optional
         Of the generators behind intervals and tests.
+    extra : mapping of str to str, int, float or bool; optional
+        Fields of one's own that the signatures of numbers measured from files state.
     **context
-        What the signatures of numbers measured from files state besides, such as ``protocol='srnn-8'``.
+        Known fields that these signatures state, such as ``protocol='srnn-8'``; see `signature`.
 
     Returns
     -------
@@ -65,7 +68,7 @@ def leaderboard(
     ImportError
         Without pandas: ``pip install 'npss[pandas]'``.
     TypeError
-        If `source` is none of these.
+        If `source` is none of these, or a keyword is no known field.
     ValueError
         If two numbers to be ranked together differ in meaning: shows both signatures. If models were scored on
         different ground truth, a model is there twice, a file is broken, no published row has the same meaning, or no
@@ -97,7 +100,8 @@ def leaderboard(
     """
     from npss._leaderboard_frame import Leaderboard
 
-    results = _results(source, context)
+    own = check_names(leaderboard, context, extra, MEASURED)
+    results = _results(source, {**context, "extra": own} if own else context)
     if not results:
         raise ValueError("source: nothing to rank in it")
     if published:
@@ -109,7 +113,7 @@ def leaderboard(
     return Leaderboard.of(found, notes(found, level=level, seed=seed), by=by, level=level)
 
 
-def _results(source: Any, context: Mapping[str, Value]) -> list[Result]:
+def _results(source: Any, context: Mapping[str, Any]) -> list[Result]:
     if isinstance(source, str | PathLike):
         source = [source]
     if not isinstance(source, Iterable):

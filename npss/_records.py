@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,11 @@ import numpy.typing as npt
 from npss._checks import motion_pair, positive_number
 from npss._convention import CONVENTIONS, as_convention
 from npss._euler_error import euler_error, sequence_errors
+from npss._fields import Value
 from npss._progress import Progress
 from npss._report import fingerprint, report
 from npss._score import quotient, score_windows, weighted_sums
-from npss._signature import Value, parse_signature, signature, stated_of
+from npss._signature import parse_signature, signature, stated_of, stated_with
 from npss._unwrap import unwrap
 
 Record = dict[str, Any]
@@ -32,6 +33,7 @@ def measure(
     seed: npt.ArrayLike | None = None,
     workers: int = 1,
     sequences: bool = False,
+    extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Record:
     """Measure a prediction by every metric that is asked for.
@@ -56,8 +58,10 @@ def measure(
         As for `score`.
     sequences : bool, optional
         Measure each sequence alone, too: what intervals and comparisons are made from.
+    extra : mapping of str to str, int, float or bool; optional
+        Fields of one's own that the signature states.
     **context
-        What else the signature states.
+        Known fields that the signature states.
 
     Returns
     -------
@@ -71,7 +75,7 @@ def measure(
     alone: Record = {}  # of each sequence
     if sequences:
         alone["fingerprint"] = fingerprint(motion_pair(gt, pred)[0]).tolist()
-    stated: dict[str, Any] = {"unwrap": unwrapped, **context}
+    stated = stated_with(measure, context, extra, unwrap=unwrapped)
     if fps is not None:
         stated["fps"] = positive_number("fps", fps)
     metric = "npss"

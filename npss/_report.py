@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +11,10 @@ import numpy.typing as npt
 from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval
 from npss._checks import Array, Float64, each, motion_pair, positive_number
 from npss._convention import Convention, as_convention
+from npss._fields import Value
 from npss._kernel import blocks, tile
 from npss._score import score
-from npss._signature import Value, signature, stated_with
+from npss._signature import signature, stated_with
 from npss._tables import table
 
 
@@ -130,6 +131,7 @@ def report(
     convention: str | Convention = "paper",
     fps: float | None = None,
     feature_names: Sequence[str] | None = None,
+    extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Report:
     """Score a prediction, and say which sequences and joints the score comes from and how sure it is.
@@ -145,8 +147,10 @@ def report(
     feature_names : sequence of str, optional
         Names of the D features, such as ``npss.skeleton.FEATURE_NAMES``; by default ``'0'``, ``'1'``, ... Names that
         are equal up to their last dot are of one joint.
+    extra : mapping of str to str, int, float or bool; optional
+        Fields of one's own that the signature states.
     **context
-        What else the signature states, as for `signature`: ``representation``, ``protocol``.
+        Known fields that the signature states, as for `signature`: ``representation``, ``protocol``.
 
     Returns
     -------
@@ -156,8 +160,8 @@ def report(
     Raises
     ------
     TypeError, ValueError
-        As `score`; where there are not as many names as features; and where a weight leaves the range of float64,
-        which a score does not.
+        As `score` and `signature`; where there are not as many names as features; and where a weight leaves the range
+        of float64, which a score does not.
 
     See Also
     --------
@@ -193,15 +197,16 @@ def report(
         raise TypeError(f"feature_names: expected text, got {strange[0]!r}")
     if len(names) != n_features:
         raise ValueError(f"feature_names: expected {n_features} names, one for each feature, got {len(names)}: {names}")
-    stated = stated_with(context, frames=n_frames)
+    stated = stated_with(report, context, extra, frames=n_frames)
     if fps is not None:
         stated["fps"] = positive_number("fps", fps)
+    meaning = signature(chosen, **stated)
     value = score(truth, prediction, convention=chosen)
     emd, weight = contributions(truth, prediction, chosen)
     emd.flags.writeable = weight.flags.writeable = False
     return Report(
         score=value,
-        signature=signature(chosen, **stated),
+        signature=meaning,
         emd=emd,
         weight=weight,
         feature_names=tuple(names),

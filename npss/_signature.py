@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -20,12 +20,10 @@ import numpy as np
 
 from npss._checks import each, is_integer, positive_integer
 from npss._convention import Convention, as_convention, convention_name
+from npss._fields import FIELDS, FIRST, Value, check_names, check_value
 
 #: Raised only when a change of the library changes a number. It says so in the changelog, too.
 METRIC_VERSION = 1
-
-#: The order in which these fields are printed; others follow in alphabetical order.
-_FIRST = ("representation", "frames", "fps", "window", "protocol", "unwrap")
 
 _METRIC = r"[a-z_]+(\+[a-z_]+)*"
 _FIELD = r"[A-Za-z_][A-Za-z0-9_]*"
@@ -34,14 +32,13 @@ _FLOAT = r"-?[0-9]+(\.[0-9]+)?(e[+-]?[0-9]+)?"
 _PLAIN = r"[^\s\"](.*[^\s\"])?"
 _ESCAPES = {"%": "%25", "|": "%7C", ":": "%3A", "+": "%2B"}
 
-Value = str | int | float | bool
-
 
 def signature(
     convention: str | Convention | Sequence[str | Convention] | None = "paper",
     *,
     metric: str = "npss",
     version: int = METRIC_VERSION,
+    extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> str:
     """Write the line that states every choice behind a score.
@@ -57,10 +54,12 @@ def signature(
         The metric, or several joined by ``+``: ``'npss'``, ``'euler_error'``, ``'mse'``.
     version : int, optional
         The version of the metric: it changes only when numbers change.
+    extra : mapping of str to str, int, float or bool; optional
+        Fields of one's own, by names that neither a known field nor an argument has.
     **context : str, int, float or bool
-        What else the number depends on. Usual ones: ``representation`` (``'euler'``), ``frames`` (T), ``fps`` (frames
-        per second), ``window`` (``'0-1'``, in seconds), ``protocol`` (``'srnn-8'``), ``unwrap`` (``'off'``,
-        ``'target'``, ``'seed'``).
+        What else the number depends on, in the known fields: ``representation`` (``'euler'``), ``frames`` (T), ``fps``
+        (frames per second), ``window`` (``'0-1'``, in seconds), ``protocol`` (``'srnn-8'``), ``unwrap`` (``'off'``,
+        ``'target'``, ``'seed'``), and more that docs/signatures.md lists.
 
     Returns
     -------
@@ -70,10 +69,11 @@ def signature(
     Raises
     ------
     TypeError
-        If a value is not text, a number or a truth value.
+        If a keyword is no known field: names the nearest. If `extra` has the name of a known field or an argument, or a
+        value is not of the kind that its field holds.
     ValueError
-        If a value is NaN or infinite, a convention or metric is not one, or a convention is given for a metric that has
-        none.
+        If a value is none that its field may hold, is NaN or infinite, a convention or metric is not one, or a
+        convention is given for a metric that has none.
 
     Examples
     --------
@@ -82,7 +82,10 @@ def signature(
     'npss|version:1|convention:released|representation:euler|frames:100|fps:25'
     >>> npss.signature(npss.Convention(weight="uniform"), frames=100)
     'npss|version:1|convention:power=magnitude,bins=two-sided,distance=cdf,weight=uniform,zero=dc|frames:100'
+    >>> npss.signature(frames=100, extra={"data": "v2"})
+    'npss|version:1|convention:paper|frames:100|data:v2'
     """
+    own = check_names(signature, context, extra)
     if not isinstance(metric, str):
         raise TypeError(f"metric: expected text such as 'npss', got {metric!r}")
     if not re.fullmatch(_METRIC, metric):
@@ -97,12 +100,14 @@ def signature(
         if not several:
             raise ValueError("convention: expected at least one")
         parts.append("convention:" + "+".join(_write_convention(one) for one in several))
-    ordered = [name for name in _FIRST if name in context] + sorted(set(context) - set(_FIRST))
-    for name in ordered:
+    for name in own:
         if not re.fullmatch(_FIELD, name):
-            raise ValueError(f"{name}: a signature's fields are named by ASCII letters, digits and '_'")
-        parts.append(f"{name}:{_write(name, context[name])}")
-    return "|".join(parts)
+            raise ValueError(f"extra: a signature's fields are named by ASCII letters, digits and '_', not {name!r}")
+    for name, value in context.items():
+        check_value(name, value)
+    stated = {**context, **own}
+    ordered = [name for name in FIRST if name in stated] + sorted(set(stated) - set(FIRST))
+    return "|".join([*parts, *(f"{name}:{_write(name, stated[name])}" for name in ordered)])
 
 
 def parse_signature(signature: str) -> dict[str, Any]:
@@ -118,7 +123,7 @@ def parse_signature(signature: str) -> dict[str, Any]:
     dict
         The arguments that write it again, ``npss.signature(**npss.parse_signature(s)) == s``: ``metric``, ``version``,
         ``convention`` (a name where it has one, else a `Convention`; a tuple where there are several; None where
-        there is none) and the context.
+        there is none), the known fields by name, and all others in ``extra``, if there are any.
 
     Raises
     ------
@@ -139,15 +144,26 @@ def parse_signature(signature: str) -> dict[str, Any]:
     if not re.fullmatch(_METRIC, metric) or not parts:
         raise ValueError(f"signature: {signature!r} does not begin with a metric and its version")
     values: dict[str, Any] = {"metric": metric}
+    extra: dict[str, Value] = {}
     for part in parts:
         name, colon, text = part.partition(":")
-        if not colon or not re.fullmatch(_FIELD, name) or name in values:
+        if not colon or not re.fullmatch(_FIELD, name) or name in (*values, *extra, "extra"):
             raise ValueError(f"signature: {part!r} is not a new field 'name:value' in {signature!r}")
-        values[name] = _read_convention(text) if name == "convention" else _read(name, text)
+        if name == "convention":
+            values[name] = _read_convention(text)
+        elif name == "version" or name in FIELDS:
+            values[name] = _read(name, text)
+        else:
+            extra[name] = _read(name, text)
     if not is_integer(values.get("version")):
         raise ValueError(f"signature: no whole number as version in {signature!r}")
+    for name in FIELDS.keys() & values.keys():
+        try:
+            check_value(name, values[name])
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"signature: {error} in {signature!r}") from error
     values.setdefault("convention", None)
-    return values
+    return values | ({"extra": extra} if extra else {})
 
 
 def stated_of(metric: str, values: dict[str, Any]) -> dict[str, Any]:
@@ -164,12 +180,17 @@ def stated_of(metric: str, values: dict[str, Any]) -> dict[str, Any]:
     return stated
 
 
-def stated_with(context: dict[str, Value], **known: Value) -> dict[str, Any]:
-    """Return what a signature states: the context, and what is known without it, which it may not contradict."""
-    for name in ("metric", "version", *known):
-        if name in context:
-            raise TypeError(f"{name}: the signature states it anyway; leave it out")
-    return {**known, **context}
+def stated_with(
+    call: Callable[..., Any], context: Mapping[str, Value], extra: Mapping[str, Value] | None, **known: Value
+) -> dict[str, Any]:
+    """Return what a signature states: what was passed to a function, and what it knows, which that may not contradict.
+
+    Raises
+    ------
+    TypeError
+        As `check_names`.
+    """
+    return {**known, **context, "extra": check_names(call, context, extra, known)}
 
 
 def _write(name: str, value: object) -> str:

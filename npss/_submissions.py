@@ -22,6 +22,9 @@ _SAME_POSE = 1e-3  # radians, or millimetres: files hold ground truth in various
 #: What pages and pictures call the ground truth, beside the names of models.
 TRUTH = "ground truth"
 
+#: Fields of signatures that `records_of` states itself.
+MEASURED = ("representation", "frames", "fps", "unwrap", "columns", "average")
+
 #: By model and action: Human3.6M poses, exponential maps at 25 frames per second.
 Submissions = Mapping[str, Mapping[str, Pair]]
 
@@ -114,4 +117,6 @@ def read_all(paths: Sequence[Path], **context: Any) -> list[Record]:
     """Read records from ``.json`` files, and measure the predictions that the others hold."""
     records = [record for path in paths if path.suffix == ".json" for record in read_records(path)]
     samples = [path for path in paths if path.suffix != ".json"]
+    if context and not samples:
+        raise ValueError(f"{next(iter(context))}: records state their own; it is for files of samples")
     return records + (records_of(read_submissions(samples), **context) if samples else [])

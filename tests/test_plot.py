@@ -455,7 +455,7 @@ def test_renders_in_whole(name, tmp_path):
 def test_a_long_signature_takes_several_lines(motion):
     convention = npss.Convention(power="real", weight="uniform")
     stated = npss.report(
-        *motion, convention=convention, fps=25, protocol="srnn-8", representation="euler", note=30 * "a, "
+        *motion, convention=convention, fps=25, protocol="srnn-8", representation="euler", extra={"note": 30 * "a, "}
     )
     figure = npss.plot.contributions(stated)
     figure.savefig(io.BytesIO(), format="png", dpi=60)

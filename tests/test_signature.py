@@ -1,11 +1,17 @@
 """Signatures: written, read back, equal where the values are equal and different where they differ."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import npss
+import npss.plot
+from npss._fields import ARGUMENTS, FIELDS, FIRST
+from npss._records import measure
 
 VALUES = st.one_of(
     st.booleans(),
@@ -15,8 +21,24 @@ VALUES = st.one_of(
     st.text('|:+%"\\ 0123456789.-etrufalsn,=', max_size=12),
 )
 NAMES = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,8}", fullmatch=True).filter(
-    lambda name: name not in ("metric", "version", "convention")
+    lambda name: name not in (*ARGUMENTS, *FIELDS)
 )
+EXTRAS = st.dictionaries(NAMES, VALUES, max_size=5)
+
+
+def values_of(field):
+    """What a known field may hold."""
+    of_kind = {
+        "text": st.text(max_size=12),
+        "one of": st.sampled_from([*field.means, ""][: len(field.means)]),
+        "number": st.one_of(st.integers(1, 10**15), st.floats(0, exclude_min=True, allow_infinity=False)),
+        "whole number": st.integers(0, 10**15),
+        "any": VALUES,
+    }
+    return of_kind[field.kind]
+
+
+CONTEXTS = st.fixed_dictionaries({}, optional={name: values_of(field) for name, field in FIELDS.items()})
 CONVENTIONS = st.one_of(
     st.sampled_from(["paper", "released", "literal"]),
     st.builds(
@@ -30,27 +52,39 @@ CONVENTIONS = st.one_of(
 )
 
 
-@given(convention=CONVENTIONS, context=st.dictionaries(NAMES, VALUES, max_size=5))
-def test_reads_back(convention, context):
-    text = npss.signature(convention, **context)
-    assert npss.parse_signature(text) == {"metric": "npss", "version": 1, "convention": convention, **context}
+@given(convention=CONVENTIONS, context=CONTEXTS, extra=EXTRAS)
+def test_reads_back(convention, context, extra):
+    text = npss.signature(convention, extra=extra, **context)
+    own = {"extra": extra} if extra else {}
+    assert npss.parse_signature(text) == {"metric": "npss", "version": 1, "convention": convention, **context, **own}
     assert npss.signature(**npss.parse_signature(text)) == text
-    assert text.isprintable() or not all(str(value).isprintable() for value in context.values())
+    assert text.isprintable() or not all(str(value).isprintable() for value in (*context.values(), *extra.values()))
 
 
-@given(context=st.dictionaries(NAMES, VALUES, min_size=1, max_size=5), other=VALUES)
-def test_differs_where_a_value_differs(context, other):
-    name = next(iter(context))
-    value = context[name]
+@given(extra=st.dictionaries(NAMES, VALUES, min_size=1, max_size=5), other=VALUES)
+def test_differs_where_a_value_differs(extra, other):
+    name = next(iter(extra))
+    value = extra[name]
     differs = value != other or isinstance(value, bool) != isinstance(other, bool)
-    assert (npss.signature(**context) != npss.signature(**{**context, name: other})) == differs
+    assert (npss.signature(extra=extra) != npss.signature(extra={**extra, name: other})) == differs
 
 
-@given(context=st.dictionaries(NAMES, VALUES, max_size=6), seed=st.randoms())
-def test_does_not_depend_on_the_order_of_keywords(context, seed):
-    items = list(context.items())
+@given(context=CONTEXTS, extra=EXTRAS, seed=st.randoms())
+def test_does_not_depend_on_the_order_of_keywords(context, extra, seed):
+    items, own = list(context.items()), list(extra.items())
     seed.shuffle(items)
-    assert npss.signature(**dict(items)) == npss.signature(**context)
+    seed.shuffle(own)
+    assert npss.signature(extra=dict(own), **dict(items)) == npss.signature(extra=extra, **context)
+
+
+@given(context=CONTEXTS, extra=EXTRAS)
+def test_the_order_in_which_fields_are_printed(context, extra):
+    """The usual ones in the order of the table, all others by their names, known or not: as ever."""
+    parts = npss.signature(extra=extra, **context).split("|")[3:]
+    names = [part.partition(":")[0] for part in parts]
+    others = [name for name in names if name not in FIRST]
+    assert names == [name for name in FIRST if name in context] + others
+    assert others == sorted({*context, *extra} - set(FIRST))
 
 
 def test_looks_as_documented():
@@ -81,9 +115,16 @@ def test_numbers_are_equal_whatever_holds_them():
 @pytest.mark.parametrize(
     ("keywords", "error", "message"),
     [
-        ({"fps": float("nan")}, ValueError, "fps: nan has no place"),
-        ({"fps": None}, TypeError, "fps: expected text, a number or a truth value"),
-        ({"fps": [25]}, TypeError, "fps: expected text"),
+        ({"fps": float("nan")}, ValueError, "fps: expected a positive, finite number, got nan"),
+        ({"fps": 0}, ValueError, "fps: expected a positive"),
+        ({"fps": "25"}, TypeError, "fps: expected a positive number, got '25'"),
+        ({"fps": None}, TypeError, "fps: expected a positive number, got None"),
+        ({"frames": -1}, ValueError, "frames: expected a whole number, 0 or more, got -1"),
+        ({"frames": 2.5}, TypeError, "frames: expected a whole number, 0 or more, got 2.5"),
+        ({"frames": True}, TypeError, "frames: expected a whole number, 0 or more, got True"),
+        ({"protocol": 8}, TypeError, "protocol: expected text, got 8"),
+        ({"unwrap": "of"}, ValueError, "unwrap: expected one of off, target, seed, got 'of'"),
+        ({"unwrap": False}, TypeError, "unwrap: expected one of off, target, seed, got False"),
         ({"convention": "mine"}, ValueError, "convention: expected one of"),
         ({"convention": ()}, ValueError, "convention: expected at least one"),
         ({"convention": 3}, TypeError, "convention: expected a sequence"),
@@ -92,7 +133,16 @@ def test_numbers_are_equal_whatever_holds_them():
         ({"version": 1.5}, TypeError, "version: expected a positive integer"),
         ({"metric": "NPSS|"}, ValueError, "metric: expected lower-case names"),
         ({"metric": 3}, TypeError, "metric: expected text"),
-        ({"späte": 1}, ValueError, "späte: a signature's fields are named by"),
+        ({"extra": {"späte": 1}}, ValueError, "extra: a signature's fields are named by .* not 'späte'"),
+        ({"extra": {"": 1}}, ValueError, "extra: a signature's fields are named by"),
+        ({"extra": {"a:b": 1}}, ValueError, "extra: a signature's fields are named by"),
+        ({"extra": {"mine": None}}, TypeError, "mine: expected text, a number or a truth value"),
+        ({"extra": {"mine": float("inf")}}, ValueError, "mine: inf has no place"),
+        ({"extra": [("mine", 1)]}, TypeError, "extra: expected a mapping"),
+        ({"extra": {1: 1}}, TypeError, "extra: expected names, got 1"),
+        ({"extra": {"frames": 1}}, TypeError, "extra: 'frames' is a known field: pass frames="),
+        ({"extra": {"extra": 1}}, TypeError, "extra: 'extra' is the name of an argument"),
+        ({"extra": {"convention": "paper"}}, TypeError, "extra: 'convention' is the name of an argument"),
     ],
 )
 def test_values_that_have_no_signature(keywords, error, message):
@@ -117,6 +167,12 @@ def test_values_that_have_no_signature(keywords, error, message):
         "npss|version:1|fps",
         "npss|version:1|fps:25|fps:25",
         "npss|version:1|metric:npss",
+        "npss|version:1|extra:1",
+        "npss|version:1|mine:1|mine:1",
+        "npss|version:1|unwrap:of",
+        "npss|version:1|frames:2.5",
+        "npss|version:1|fps:0",
+        "npss|version:1|protocol:8",
         'npss|version:1|x:"unfinished',
         "npss|version:1||fps:25",
     ],
@@ -126,9 +182,149 @@ def test_text_that_is_no_signature(text):
         npss.parse_signature(text)
 
 
+def test_what_a_field_may_hold_is_asked_of_a_text_too():
+    with pytest.raises(
+        ValueError, match=r"^signature: unwrap: expected one of .*, got 'of' in 'npss\|version:1\|unwrap:of'$"
+    ):
+        npss.parse_signature("npss|version:1|unwrap:of")
+
+
+def test_several_unknown_fields_are_read():
+    values = npss.parse_signature("npss|version:1|convention:paper|frames:9|a:1|z:two")
+    assert values["frames"] == 9
+    assert values["extra"] == {"a": 1, "z": "two"}
+    with pytest.raises(ValueError, match="'a:2' is not a new field"):
+        npss.parse_signature("npss|version:1|a:1|a:2")
+
+
 def test_what_is_no_text():
     with pytest.raises(TypeError, match="signature: expected text"):
         npss.parse_signature(None)
+
+
+MOTIONS = np.random.default_rng(0).normal(size=(3, 8, 50, 3)).cumsum(axis=2)
+CALLS = {
+    "signature": npss.signature,
+    "report": lambda **options: npss.report(*MOTIONS[:2], **options),
+    "compare": lambda **options: npss.compare(*MOTIONS, **options),
+    "leaderboard": lambda **options: npss.leaderboard("nowhere", **options),
+    "spectra": lambda **options: npss.plot.spectra(*MOTIONS[:2], fps=25, **options),
+    "errors": lambda **options: npss.plot.errors(MOTIONS[0], {"a": MOTIONS[1]}, fps=25, **options),
+    "measure": lambda **options: measure(*MOTIONS[:2], **options),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+class TestNamesThatNobodyKnows:
+    @pytest.mark.parametrize(
+        ("name", "value", "nearest"),
+        [("protocl", "srnn-8", "protocol"), ("Representation", "euler", "representation"), ("ekstra", {}, "extra")],
+    )
+    def test_the_nearest_is_named(self, call, name, value, nearest):
+        message = f"^{name}: not an argument nor a signature field; did you mean '{nearest}'\\?$"
+        with pytest.raises(TypeError, match=message):
+            CALLS[call](**{name: value})
+
+    def test_where_none_is_near(self, call):
+        message = (
+            r"^mydata: not an argument nor a signature field; one of your own goes into extra=\{'mydata': \.\.\.\}$"
+        )
+        with pytest.raises(TypeError, match=message):
+            CALLS[call](mydata="v2")
+
+    @pytest.mark.parametrize("name", ["frames", "protocol", "unwrap", "draws", "metric", "version", "convention"])
+    def test_names_that_are_taken(self, call, name):
+        with pytest.raises(TypeError, match=rf"^extra: '{name}' is "):
+            CALLS[call](extra={name: 1})
+
+
+class TestNames:
+    """The faults: an option that was misspelt changed the signature, and not the score."""
+
+    @pytest.mark.parametrize("call", ["report", "compare", "spectra", "signature"])
+    def test_a_misspelt_convention(self, call):
+        message = r"^conventon: not an argument nor a signature field; did you mean 'convention'\?$"
+        with pytest.raises(TypeError, match=message):
+            CALLS[call](conventon="released")
+
+    @pytest.mark.parametrize(
+        ("call", "name", "nearest"),
+        [("report", "feature_name", "feature_names"), ("compare", "atms", "at_ms"), ("spectra", "feture", "feature")]
+        + [
+            ("leaderboard", "publishd", "published"),
+            ("errors", "leve", "level"),
+            ("measure", "conventons", "conventions"),
+        ],
+    )
+    def test_arguments_of_the_function_are_near_too(self, call, name, nearest):
+        with pytest.raises(TypeError, match=f"did you mean '{nearest}'"):
+            CALLS[call](**{name: 1})
+
+    @pytest.mark.parametrize(
+        ("call", "name"),
+        [("report", "gt"), ("report", "feature_names"), ("compare", "pred_a"), ("leaderboard", "by")],
+    )
+    def test_a_field_is_not_called_as_an_argument(self, call, name):
+        with pytest.raises(TypeError, match=f"extra: '{name}' is the name of an argument"):
+            CALLS[call](extra={name: 1})
+
+    @pytest.mark.parametrize(
+        ("call", "name"),
+        [
+            ("report", "frames"),
+            ("report", "version"),
+            ("compare", "frames"),
+            ("errors", "columns"),
+            ("spectra", "frames"),
+        ]
+        + [("leaderboard", "unwrap"), ("leaderboard", "fps"), ("leaderboard", "metric"), ("measure", "unwrap")],
+    )
+    def test_what_is_known_cannot_be_contradicted(self, call, name):
+        with pytest.raises(TypeError, match=f"^{name}: the signature states it anyway"):
+            CALLS[call](**{name: 3})
+
+    def test_fields_of_one_s_own(self):
+        for made in (CALLS["report"], CALLS["compare"]):
+            assert made(extra={"mydata": "v2"}).signature.endswith("|mydata:v2")
+        assert CALLS["measure"](extra={"mydata": "v2"})["signatures"]["paper"].endswith("|mydata:v2")
+
+    def test_values_are_looked_at_before_the_work(self):
+        with pytest.raises(ValueError, match="unwrap: expected one of"):
+            npss.report(np.zeros((2, 5, 1)), np.zeros((2, 5, 1)), unwrap="no")  # which has no score
+
+    def test_unknown_fields_of_records_are_compared_as_text(self):
+        one, other = (
+            {"model": name, "action": "", **CALLS["measure"](extra={"data": data})} for name, data in ("a1", "b2")
+        )
+        assert len(npss.leaderboard([one, {**one, "model": "b"}]).tidy) == 2 * len(npss.CONVENTIONS)
+        with pytest.raises(ValueError, match=r'different numbers.*data:"1" and .*data:"2"'):
+            npss.leaderboard([one, other])
+
+
+class TestTable:
+    def test_the_order_is_that_of_printing(self):
+        assert tuple(FIELDS)[: len(FIRST)] == FIRST
+        assert list(FIELDS)[len(FIRST) :] == sorted(set(FIELDS) - set(FIRST))
+        assert not {*FIELDS} & {*ARGUMENTS}
+
+    def test_it_is_read_only(self):
+        with pytest.raises(TypeError):
+            FIELDS["mine"] = FIELDS["frames"]
+
+    def test_it_is_the_table_of_the_documentation(self):
+        page = (Path(__file__).parent.parent / "docs/signatures.md").read_text(encoding="utf-8")
+        rows = re.findall(r"^\| `([a-z_]+)` \| (.*) \| (.*) \|$", page.partition("## Fields")[2], re.MULTILINE)
+        assert rows == [(name, _may_hold(field), field.says) for name, field in FIELDS.items()]
+        for name, field in FIELDS.items():
+            for value, meaning in field.means.items():
+                assert f"- `{name}:{value}`: {meaning}\n" in page
+
+
+def _may_hold(field):
+    values = ", ".join(f"`{value}`" for value in field.means)
+    if field.kind == "one of":
+        return values
+    return field.kind + (f": {values}, ..." if values else "")
 
 
 class TestConvention:
@@ -196,7 +392,7 @@ class TestExplain:
         assert f"{name} must be {context[name]}, not {value}" in text
 
     def test_a_field_that_no_table_knows(self):
-        text = npss.explain(npss.signature("released", **PUBLISHED, subject=9))
+        text = npss.explain(npss.signature("released", **PUBLISHED, extra={"subject": 9}))
         assert "cannot be told: not stated: what subject means" in text
 
     def test_a_window_of_table_5(self):

@@ -12,10 +12,10 @@ import numpy as np
 from npss._convention import CONVENTIONS
 from npss._diagnose import diagnose
 from npss._euler_error import euler_error_curve
+from npss._fields import Value
 from npss._files import Pair, read_pair, read_samples
 from npss._poses import poses_to_euler
 from npss._records import Record, measure, signature_of
-from npss._signature import Value
 from npss._tables import table
 from npss._unwrap import unwrap
 from npss.protocol import FPS, SLICES_MS

@@ -11,7 +11,8 @@ import numpy.typing as npt
 from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval
 from npss._checks import positive_number
 from npss._euler_error import sequence_errors
-from npss._signature import Value, signature, stated_with
+from npss._fields import Value
+from npss._signature import signature, stated_with
 from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TINY, footnote, label, new_figure, tidy
 from npss.protocol import SLICES_MS
 
@@ -26,6 +27,7 @@ def errors(
     fps: float,
     level: float = 0.95,
     seed: int = 0,
+    extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Figure:
     """Draw the Euler error of models over time, each with a pointwise confidence band.
@@ -46,8 +48,10 @@ def errors(
         Of the confidence bands.
     seed : int, optional
         Of the generator that resamples.
+    extra : mapping of str to str, int, float or bool; optional
+        Fields of one's own that the signature states.
     **context
-        What else the signature states, as for `npss.signature`.
+        Known fields that the signature states, as for `npss.signature`.
 
     Returns
     -------
@@ -86,9 +90,11 @@ def errors(
         except (TypeError, ValueError) as error:
             raise type(error)(f"{error}; for {name!r} of preds") from None
 
+    n_sequences, n_frames = next(iter(curves.values())).shape
+    known: dict[str, Value] = {"frames": n_frames, "fps": rate, "columns": "gt", "average": "at"}
+    meaning = signature(None, metric="euler_error", **stated_with(errors, context, extra, **known))
     figure = new_figure(7, 4)
     axes = figure.subplots()
-    n_sequences, n_frames = next(iter(curves.values())).shape
     times = 1000 * np.arange(1, n_frames + 1) / rate
     told = True
     for i, (name, curve) in enumerate(curves.items()):
@@ -117,7 +123,5 @@ def errors(
         stated += f"bands: {100 * level:.4g} %, pointwise, {METHOD}, {RESAMPLES} resamples, seed {seed}"
     else:
         stated += "no band where the sequences are too few to tell"
-    known: dict[str, Value] = {"frames": n_frames, "fps": rate, "columns": "gt", "average": "at"}
-    meaning = signature(None, metric="euler_error", **stated_with(context, **known))
     footnote(figure, stated, meaning)
     return figure

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,9 +10,10 @@ import numpy.typing as npt
 
 from npss._checks import Float64, check_finite, each, is_integer, motion_pair, positive_number
 from npss._convention import Convention, as_convention
+from npss._fields import Value
 from npss._power import PowerSpectrum
 from npss._score import score
-from npss._signature import Value, signature, stated_with
+from npss._signature import signature, stated_with
 from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TRUTH, footnote, label, new_figure, tidy
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ def spectra(
     convention: str | Convention = "paper",
     names: Sequence[str] = ("ground truth", "prediction"),
     feature_names: Sequence[str] | None = None,
+    extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Figure:
     """Draw the normalised power spectra of one feature of one sequence, and the area that is their distance.
@@ -55,8 +57,10 @@ def spectra(
         What to call the ground truth and the prediction.
     feature_names : sequence of str, optional
         Names of the D features, such as ``npss.skeleton.FEATURE_NAMES``.
+    extra : mapping of str to str, int, float or bool; optional
+        Fields of one's own that the signature states.
     **context
-        What else the signature states, as for `npss.signature`.
+        Known fields that the signature states, as for `npss.signature`.
 
     Returns
     -------
@@ -92,6 +96,7 @@ def spectra(
     check_finite("gt", truth)
     check_finite("pred", prediction)
     n_frames, n_features = truth.shape[-2:]
+    meaning = signature(chosen, **stated_with(spectra, context, extra, frames=n_frames, fps=rate))
     if n_frames < 2:
         raise ValueError("gt: one frame; a power spectrum needs at least two")
     i = _index("sequence", sequence, len(truth) if truth.ndim == 3 else 1)
@@ -130,7 +135,7 @@ def spectra(
     kind = "squared real part" if chosen.power == "real" else "squared magnitude"
     above.set_ylabel(f"share of the power\n({kind})", fontsize=SMALL)
     above.set_title(f"{label(what)}, sequence {i}", loc="left", fontsize=10)
-    footnote(figure, signature(chosen, **stated_with(context, frames=n_frames, fps=rate)))
+    footnote(figure, meaning)
     return figure
 
 
