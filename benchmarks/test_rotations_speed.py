@@ -28,7 +28,7 @@ TARGETS = {
     "expmap_to_euler float64": (200, 1.5, None),
     "expmap_to_euler float32": (200, None, 5),
     "poses_to_euler float64": (200, 1.5, None),
-    "poses_to_euler float32": (200, None, 5),
+    "poses_to_euler float32": (200, 1.5, None),
 }
 
 

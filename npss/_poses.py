@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array, check_finite
+from npss._checks import Array, Float64, check_finite
 from npss.rotations._blocks import BadRotationError, in_blocks
 from npss.rotations._euler import H36M, euler_form
 from npss.rotations._expmap import EXPMAP
-from npss.rotations._forms import converter, result_dtype, rotation_array
+from npss.rotations._forms import converter, rotation_array
 from npss.rotations._legacy import legacy_euler
 
 #: Columns of a pose.
@@ -20,7 +20,7 @@ UNSCORED = 6
 JOINTS = (POSE - UNSCORED) // 3
 
 
-def poses_to_euler(poses: npt.ArrayLike, *, legacy: bool = False) -> Array:
+def poses_to_euler(poses: npt.ArrayLike, *, legacy: bool = False) -> Float64:
     """Convert Human3.6M poses from exponential maps to Euler angles, and zero what is not scored.
 
     Parameters
@@ -34,8 +34,8 @@ def poses_to_euler(poses: npt.ArrayLike, *, legacy: bool = False) -> Array:
     Returns
     -------
     (..., 99) ndarray
-        Columns 0-5 zero, then the Euler angles of the joints in radians in the Human3.6M convention. float32
-        for float32, float64 for all else.
+        Columns 0-5 zero, then the Euler angles of the joints in radians in the Human3.6M convention. float64
+        whatever the precision of `poses`: these are the angles that are scored.
 
     Raises
     ------
@@ -58,12 +58,10 @@ def poses_to_euler(poses: npt.ArrayLike, *, legacy: bool = False) -> Array:
     array = rotation_array("poses", poses, (POSE,))
     if not np.isfinite(array[..., :UNSCORED]).all():
         check_finite("poses", array)
-    dtype = result_dtype(array)
-    out = np.zeros(array.shape, dtype)
+    out = np.zeros(array.shape)
     kernel = legacy_euler if legacy else converter(EXPMAP, euler_form(H36M), array.dtype)
-    work = np.dtype(np.float64) if legacy else dtype
     try:
-        in_blocks(_joints(array), _joints(out), (1, 1), kernel, work)
+        in_blocks(_joints(array), _joints(out), (1, 1), kernel, out.dtype)
         return out
     except BadRotationError as error:
         bad = error

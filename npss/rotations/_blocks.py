@@ -54,7 +54,9 @@ def in_blocks(array: Array, out: Array, core: tuple[int, int], kernel: Kernel, w
     """
     if out.size == 0:
         return
-    inputs, outputs = _columns(array, core[0]), _columns(out, core[1])
+    # A single rotation is seen as a row of one: over 0-d operands that need a cast, the buffers of numpy before 2.3
+    # stay uninitialised.
+    inputs, outputs = _columns(array[np.newaxis], core[0]), _columns(out[np.newaxis], core[1])
     count = len(inputs)
     modes: list[Any] = [["readonly", "contig"]] * count + [["writeonly", "contig"]] * len(outputs)
     blocks = np.nditer(
