@@ -47,6 +47,7 @@ _TABLES: dict[str, dict[str, dict[str, tuple[object, ...]]]] = {
             "frames": (5, 15, 30, 45),
             "protocol": ("lafan1",),
             "unwrap": ("off",),
+            "quaternions": ("continuous",),
         },
     },
     "euler_error": {

@@ -58,6 +58,7 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
                 "off": "no",
                 "target": "yes, over the scored frames alone",
                 "seed": "yes, from the first seed frame on",
+                "continuous": "yes, and those of pi at gimbal lock (npss.rotations.continuous_euler)",
             },
         ),
         "actions": Field("actions, or how many", "any"),
@@ -86,7 +87,10 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
         "quaternions": Field(
             "signs of quaternions",
             "one of",
-            {"continuous": "each is the nearer one to that of the frame before", "w>=0": "none has a negative w"},
+            {
+                "continuous": "in each frame those nearer to the frame before (npss.rotations.continuous)",
+                "w>=0": "none has a negative w",
+            },
         ),
         "queries": Field("clips that were looked for", "whole number"),
         "samples": Field("motions that were sampled", "whole number"),

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Float64, check_finite, motion_array
+from npss._checks import Array, Float64, check_finite, motion_array
 
 _LARGEST = 1e12  # radians, of which float64 still resolves 1e-4
 
@@ -39,6 +39,10 @@ def unwrap(angles: npt.ArrayLike, *, seed: npt.ArrayLike | None = None) -> Float
     TypeError, ValueError
         If an input is not as described, or the two differ in N or D.
 
+    See Also
+    --------
+    npss.rotations.continuous_euler : the jumps of pi at gimbal lock, too.
+
     Examples
     --------
     >>> import numpy as np
@@ -63,11 +67,16 @@ def unwrap(angles: npt.ArrayLike, *, seed: npt.ArrayLike | None = None) -> Float
 def _angles(name: str, values: npt.ArrayLike) -> Float64:
     angles = motion_array(name, values).astype(np.float64)
     check_finite(name, angles)
+    require_turns(name, angles)
+    return angles
+
+
+def require_turns(name: str, angles: Array) -> None:
+    """Raise a ValueError that names the first angle of which the turns cannot be told apart."""
     large = np.abs(angles) > _LARGEST
     if large.any():
         index = tuple(int(i) for i in np.unravel_index(int(np.argmax(large)), large.shape))
         raise ValueError(f"{name}: {angles[index]} at index {index} is too large an angle to tell turns apart")
-    return angles
 
 
 def _unwrap(frames: Float64) -> Float64:

@@ -80,7 +80,7 @@ def _record(rows: list[dict[str, str]]) -> Record:
     if first["action"] == _LAFAN1:
         record["action"] = f"{_LAFAN1}, {first['frames']} frames"
         stated = {"fps": 30, "frames": int(first["frames"])}
-        stated |= {"representation": "global-quaternions", "protocol": "lafan1"}
+        stated |= {"representation": "global-quaternions", "protocol": "lafan1", "quaternions": "continuous"}
     stated["unwrap"] = "off"
     if errors:
         record["euler_error"] = errors

@@ -120,6 +120,7 @@ def test_lafan1():
     for record in records:
         stated = npss.parse_signature(record["signature"])
         assert (stated["representation"], stated["fps"]) == ("global-quaternions", 30)
+        assert "NPSS: comparable with the LaFAN1" in npss.explain(record["signature"])
         assert record["action"] == f"in-betweening, {stated['frames']} frames"
         assert "euler_error" not in record
         rows.setdefault((record["model"], record["source"]), {})[stated["frames"]] = record["npss"]["released"]

@@ -23,7 +23,9 @@ def same_bits(a, b):
 
 
 def test_public_names():
-    assert rotations.__all__ == sorted([f"{a}_to_{b}" for a, b in PAIRS] + ["geodesic_angle"])
+    assert rotations.__all__ == sorted(
+        [f"{a}_to_{b}" for a, b in PAIRS] + ["continuous", "continuous_euler", "geodesic_angle"]
+    )
 
 
 @every_pair

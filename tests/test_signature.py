@@ -123,8 +123,8 @@ def test_numbers_are_equal_whatever_holds_them():
         ({"frames": 2.5}, TypeError, "frames: expected a whole number, 0 or more, got 2.5"),
         ({"frames": True}, TypeError, "frames: expected a whole number, 0 or more, got True"),
         ({"protocol": 8}, TypeError, "protocol: expected text, got 8"),
-        ({"unwrap": "of"}, ValueError, "unwrap: expected one of off, target, seed, got 'of'"),
-        ({"unwrap": False}, TypeError, "unwrap: expected one of off, target, seed, got False"),
+        ({"unwrap": "of"}, ValueError, "unwrap: expected one of off, target, seed, continuous, got 'of'"),
+        ({"unwrap": False}, TypeError, "unwrap: expected one of off, target, seed, continuous, got False"),
         ({"convention": "mine"}, ValueError, "convention: expected one of"),
         ({"convention": ()}, ValueError, "convention: expected at least one"),
         ({"convention": 3}, TypeError, "convention: expected a sequence"),
@@ -408,12 +408,30 @@ class TestExplain:
         assert "cannot be told: not stated: representation, fps, protocol, unwrap" in text
 
     def test_lafan1(self):
-        text = npss.explain(
-            npss.signature(
-                "released", representation="global-quaternions", fps=30, frames=45, protocol="lafan1", unwrap="off"
-            )
-        )
+        stated = {
+            "representation": "global-quaternions",
+            "fps": 30,
+            "frames": 45,
+            "protocol": "lafan1",
+            "unwrap": "off",
+        }
+        text = npss.explain(npss.signature("released", quaternions="continuous", **stated))
         assert "NPSS: comparable with the LaFAN1 in-betweening tables." in text
+        assert "signs of quaternions: in each frame those nearer to the frame before" in text
+
+    @pytest.mark.parametrize("representation", ["global-quaternions", "quaternions", "quaternion"])
+    def test_quaternions_of_unstated_signs_are_not_comparable_with_lafan1(self, representation):
+        stated = {"representation": representation, "fps": 30, "frames": 45, "protocol": "lafan1", "unwrap": "off"}
+        text = npss.explain(npss.signature("released", **stated))
+        assert "NPSS: comparable" not in text
+        assert "LaFAN1 in-betweening tables cannot be told: not stated: quaternions" in text or "not comparable" in text
+        text = npss.explain(npss.signature("released", **stated, quaternions="w>=0"))
+        assert "quaternions must be continuous, not w>=0" in text
+
+    def test_continuous_angles_are_not_those_of_the_paper(self):
+        text = npss.explain(npss.signature("released", **{**PUBLISHED, "unwrap": "continuous"}))
+        assert "yes, and those of pi at gimbal lock" in text
+        assert "unwrap must be off, not continuous" in text
 
     def test_a_record_of_several_numbers(self):
         text = npss.explain(

@@ -13,6 +13,10 @@ All functions take any number of leading axes, also none and empty ones, return 
 compute in float32 for float32 input and in float64 otherwise, and give the same bits wherever in an array a
 rotation stands.
 
+A conversion looks at one rotation at a time, so where a form has several ways to write one, a smooth motion may jump
+from frame to frame, which every metric of the numbers counts. `continuous` (quaternions) and `continuous_euler` choose
+in each frame what goes on.
+
 Examples
 --------
 >>> import numpy as np
@@ -24,12 +28,16 @@ array([-0.2938, -0.2118, -0.0696])
 """
 
 from npss.rotations._angle import geodesic_angle
+from npss.rotations._continuous import continuous
+from npss.rotations._continuous_euler import continuous_euler
 from npss.rotations._from_euler import euler_to_expmap, euler_to_matrix, euler_to_quaternion
 from npss.rotations._from_expmap import expmap_to_euler, expmap_to_matrix, expmap_to_quaternion
 from npss.rotations._from_matrix import matrix_to_euler, matrix_to_expmap, matrix_to_quaternion
 from npss.rotations._from_quaternion import quaternion_to_euler, quaternion_to_expmap, quaternion_to_matrix
 
 __all__ = [
+    "continuous",
+    "continuous_euler",
     "euler_to_expmap",
     "euler_to_matrix",
     "euler_to_quaternion",

@@ -42,7 +42,9 @@ _Complex = tuple[Array, Array]
 
 
 @dataclass(frozen=True)
-class _Sequence:
+class EulerSequence:
+    """What the letters of a sequence say."""
+
     axes: tuple[int, int, int]  # i, j and k of the intrinsic sequence; i, j and m if i = k
     cyclic: int
     proper: bool
@@ -52,21 +54,22 @@ class _Sequence:
 
 def euler_form(seq: str) -> Form:
     """Return the form of the sequence `seq`, or raise what `one_of` raises."""
-    one_of("seq", seq, SEQUENCES)
-    sequence = _parse(seq)
+    sequence = euler_sequence(seq)
     return Form((3,), _reader(sequence), _writer(sequence))
 
 
-def _parse(seq: str) -> _Sequence:
+def euler_sequence(seq: str) -> EulerSequence:
+    """Read the sequence `seq`, or raise what `one_of` raises."""
+    one_of("seq", seq, SEQUENCES)
     letters = "XYZ" if seq == H36M else seq
     extrinsic = letters.islower()
     i, j, k = ("XYZ".index(letter) for letter in letters.upper()[:: -1 if extrinsic else 1])
     cyclic = 1 if (j - i) % 3 == 1 else -1
     proper = i == k
-    return _Sequence((i, j, 3 - i - j if proper else k), cyclic, proper, extrinsic, seq == H36M)
+    return EulerSequence((i, j, 3 - i - j if proper else k), cyclic, proper, extrinsic, seq == H36M)
 
 
-def _reader(sequence: _Sequence) -> Callable[[Columns, np.dtype[Any]], Quaternion]:
+def _reader(sequence: EulerSequence) -> Callable[[Columns, np.dtype[Any]], Quaternion]:
     e = sequence.cyclic
 
     def read(columns: Columns, given: np.dtype[Any]) -> Quaternion:
@@ -90,7 +93,7 @@ def _reader(sequence: _Sequence) -> Callable[[Columns, np.dtype[Any]], Quaternio
     return read
 
 
-def _writer(sequence: _Sequence) -> Callable[[Quaternion, Columns], None]:
+def _writer(sequence: EulerSequence) -> Callable[[Quaternion, Columns], None]:
     i, j, k = sequence.axes
     e = sequence.cyclic
     add = np.add if e == 1 else np.subtract

@@ -105,6 +105,10 @@ def euler_to_quaternion(angles: npt.ArrayLike, *, seq: str = H36M) -> Array:
         If the shape is another one, a value is not finite (the first index is named), or `seq` is no
         sequence.
 
+    See Also
+    --------
+    continuous : the same quaternions without jumps of sign between frames, to be scored.
+
     Examples
     --------
     >>> import numpy as np

@@ -69,6 +69,10 @@ def expmap_to_quaternion(v: npt.ArrayLike) -> Array:
     ValueError
         If the shape is another one, or a value is not finite or an angle too large; the first index is named.
 
+    See Also
+    --------
+    continuous : the same quaternions without jumps of sign between frames, to be scored.
+
     Examples
     --------
     >>> import numpy as np

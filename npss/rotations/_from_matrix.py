@@ -69,6 +69,10 @@ def matrix_to_quaternion(R: npt.ArrayLike) -> Array:
         If the shape is another one, a value is not finite or a matrix not a rotation; the first index is
         named.
 
+    See Also
+    --------
+    continuous : the same quaternions without jumps of sign between frames, to be scored.
+
     Examples
     --------
     >>> from npss.rotations import matrix_to_quaternion

@@ -1,0 +1,103 @@
+"""Quaternions without jumps: of the two opposite ones, in each frame that which goes on."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from npss._checks import Array
+from npss.rotations._frames import rotations_in_time
+
+
+def continuous(q: npt.ArrayLike, *, axis: int, start: npt.ArrayLike | None = None) -> Array:
+    """Choose the signs of quaternions so that they do not jump from frame to frame.
+
+    q and -q are the same rotation. The conversions return that with w >= 0, so the quaternions of a motion that passes
+    half a turn change sign in the middle of it, and every metric of their components counts the jump. Here a frame is
+    negated where its dot product with the frame before is negative, as the LaFAN1 benchmark does it over each whole
+    clip when it is read.
+
+    Parameters
+    ----------
+    q : (..., 4) array_like
+        Quaternions, one axis of which are the frames: ``(N, T, J, 4)`` with ``axis=1``, for example. Of any length but
+        zero. Order w, x, y, z or x, y, z, w.
+    axis : int
+        The axis of the frames; not the last one.
+    start : (..., 4) array_like, optional
+        Quaternions, of the shape of `q` without its frames, near which to begin: such as those of the last past frame,
+        so that a prediction lies in the hemisphere of what it continues. Without, the first frame keeps its sign.
+
+    Returns
+    -------
+    (..., 4) ndarray
+        The same rotations, in no frame more than a right angle from the frame before: a new array. float32 for
+        float32, float64 for all else.
+
+    Raises
+    ------
+    TypeError
+        If `q` or `start` is not an array of real numbers, or `axis` no whole number.
+    ValueError
+        If a shape is another one, `axis` is no axis of `q` before the last, a value is not finite or a quaternion is
+        zero; the first index is named.
+
+    See Also
+    --------
+    continuous_euler : the same for Euler angles.
+
+    Notes
+    -----
+    Cut windows afterwards, or give each the frame before it: in windows that begin on their own, ground truth and
+    prediction may lie in opposite hemispheres, which NPSS does not see (it is the same for a feature and its negative),
+    but any mean of differences does.
+
+    A score of such quaternions says so in its signature: pass ``quaternions="continuous"`` to `npss.signature` or
+    `npss.report`.
+
+    References
+    ----------
+    F. G. Harvey, M. Yurick, D. Nowrouzezahrai, C. Pal. "Robust Motion In-betweening." SIGGRAPH 2020.
+
+    Examples
+    --------
+    A joint that turns through half a turn, about x:
+
+    >>> import numpy as np
+    >>> from npss.rotations import continuous, expmap_to_quaternion
+    >>> q = expmap_to_quaternion([[3.0, 0, 0], [3.2, 0, 0], [3.4, 0, 0]])
+    >>> q[:, :2].round(2)
+    array([[ 0.07,  1.  ],
+           [ 0.03, -1.  ],
+           [ 0.13, -0.99]])
+    >>> continuous(q, axis=0)[:, :2].round(2)
+    array([[ 0.07,  1.  ],
+           [-0.03,  1.  ],
+           [-0.13,  0.99]])
+    >>> continuous(q[1:], axis=0, start=q[0])[:, :2].round(2)
+    array([[-0.03,  1.  ],
+           [-0.13,  0.99]])
+    """
+    out, near = rotations_in_time("q", q, 4, axis, start)
+    _require_nonzero("q", out)
+    if near is not None:
+        _require_nonzero("start", near)
+    for frame in np.moveaxis(out, axis, 0):
+        if near is not None:
+            away = (_scaled(near) * _scaled(frame)).sum(axis=-1, keepdims=True) < 0
+            np.subtract(0, frame, out=frame, where=away)  # unlike the negative, it makes no -0.0
+        near = frame
+    return out
+
+
+def _require_nonzero(name: str, q: Array) -> None:
+    zero = ~q.any(axis=-1)
+    if zero.any():
+        index = tuple(int(i) for i in np.unravel_index(int(np.argmax(zero)), zero.shape))
+        raise ValueError(f"{name}: a zero quaternion, which is no rotation, at index {index}")
+
+
+def _scaled(q: Array) -> Array:
+    """Divide by the largest component, so that no product of two quaternions leaves the number range."""
+    scaled: Array = q / np.abs(q).max(axis=-1, keepdims=True)
+    return scaled
