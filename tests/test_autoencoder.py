@@ -1,5 +1,6 @@
 """The autoencoder of the motion manifold, as a network and as a projector of motion."""
 
+import copy
 from dataclasses import replace
 
 import numpy as np
@@ -189,11 +190,11 @@ def test_frames_are_multiples_of_the_stride():
 # --- projectors ---
 
 
-def projector(n_joints=2, seed=0):
+def projector(n_joints=2, seed=0, dtype=torch.float32):
     n_features = 3 * n_joints + 3
     rng = np.random.default_rng(seed)
     statistics = Normalization(rng.normal(3, 1, n_features), rng.uniform(1, 9, n_features))
-    return Manifold(network(replace(SMALL, n_features=n_features), dtype=torch.float32), statistics, "some")
+    return Manifold(network(replace(SMALL, n_features=n_features), dtype=dtype), statistics, "some")
 
 
 @pytest.mark.parametrize("n_joints", [1, 2, 20, 31])
@@ -206,19 +207,32 @@ def test_any_skeleton(n_joints):
 
 @pytest.mark.parametrize("n_frames", [1, 2, 7, 8, 9, 24, 161])
 def test_any_length(n_frames):
-    manifold = projector()
-    features = np.random.default_rng(1).normal(3, 5, (70, n_frames, 9)).astype(np.float32)
+    manifold = projector(dtype=torch.float64)  # atanh makes an error up to 500 times as large, in each of three layers
+    features = np.random.default_rng(1).normal(3, 5, (70, n_frames, 9))
     code, projected = manifold.encode(features), manifold.project(features)
     assert code.shape == (70, -(-n_frames // 8), 6)
-    assert (code.dtype, projected.dtype) == (np.float32, np.float64)
     assert np.array_equal(projected, manifold.decode(code, n_frames))
     # In the units of the features, and of a motion by itself; np.pad's mirroring is that of windows_of.
     padded = np.pad(features[-1:], ((0, 0), (0, -n_frames % 8), (0, 0)), mode="reflect")
     statistics = manifold.normalization
     with torch.no_grad():
-        seen = torch.from_numpy(((padded - statistics.mean) / statistics.scale).astype(np.float32))
+        seen = torch.from_numpy((padded - statistics.mean) / statistics.scale)
         expected = manifold.network.project(seen).numpy() * statistics.scale + statistics.mean
-    np.testing.assert_allclose(projected[-1], expected[0, :n_frames], rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(projected[-1], expected[0, :n_frames], rtol=1e-9, atol=1e-9)
+
+
+def test_single_precision_codes_are_those_of_double_precision():
+    features = np.random.default_rng(1).normal(3, 5, (70, 161, 9))
+    single = projector()
+    double = replace(single, network=copy.deepcopy(single.network).double())
+    code = single.encode(features)
+    assert (code.dtype, single.project(features).dtype) == (np.float32, np.float64)
+    # Three layers, each a sum of 35 products or fewer of values up to 1, whose rounding tanh does not enlarge.
+    # The weights enlarge that of the layers below.
+    n_terms = SMALL.kernel * max(SMALL.widths)
+    gain = [layer.weight.detach().abs().sum((1, 2)).max().item() for layer in double.network.first()]
+    tolerance = n_terms * np.finfo(np.float32).eps * (1 + gain[2] * (1 + gain[1]))
+    np.testing.assert_allclose(code, double.encode(features), rtol=0, atol=tolerance)
 
 
 def test_mirroring_is_at_the_last_frame():

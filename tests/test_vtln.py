@@ -139,9 +139,10 @@ def test_step_by_step_and_by_hand_it_is_the_same(variant, poses, label):
 
 
 @pytest.mark.parametrize("cell", CELLS)
-def test_in_single_precision_loss_and_gradients_agree_to_five_digits(cell, label):
-    model = VTLN(VTLNConfig(n_units=64, n_guides=40, cell=cell), A)
-    poses = torch.randn(B, 41, POSE)
+def test_in_single_precision_loss_and_gradients_agree(cell, label):
+    n_units, n_frames = 64, 40
+    model = VTLN(VTLNConfig(n_units=n_units, n_guides=n_frames, cell=cell), A)
+    poses = torch.randn(B, n_frames + 1, POSE)
 
     def equation_6(call):
         model.zero_grad()
@@ -151,8 +152,12 @@ def test_in_single_precision_loss_and_gradients_agree_to_five_digits(cell, label
         return torch.cat([loss.detach()[None], *(parameter.grad.flatten() for parameter in model.parameters())])
 
     slow, fast = equation_6(lambda *inputs: step_by_step(model, *inputs)), equation_6(model.open_and_closed)
-    assert slow[0] == pytest.approx(fast[0].item(), rel=1e-6)
-    assert (slow - fast)[1:].norm() <= 1e-5 * slow[1:].norm()
+    # A frame's gate rounds a sum over inputs, guide and state; one after the other there are as many steps of the
+    # top RNN as of the Body RNN. Errors of independent roundings add up as their square root.
+    n_terms = model.n_inputs + 2 * n_units
+    tolerance = 2 * n_frames * n_terms**0.5 * torch.finfo(torch.float32).eps / 2
+    assert slow[0] == pytest.approx(fast[0].item(), rel=tolerance)
+    assert (slow - fast)[1:].norm() <= tolerance * slow[1:].norm()
 
 
 @pytest.mark.parametrize("variant", VARIANTS)

@@ -65,8 +65,8 @@ class Manifold:
 
         Returns
         -------
-        (n, T', H) ndarray of float32
-            Hidden units of the last layer, between -1 and 1; T' is T over the frames to a step, rounded up.
+        (n, T', H) ndarray
+            Of the network's dtype, float32 as a rule. Hidden units of the last layer, between -1 and 1; T' is T over the frames to a step, rounded up.
 
         Raises
         ------
@@ -113,7 +113,7 @@ class Manifold:
 
     def _parts(self, values: Array) -> list[Tensor]:
         """Return arrays as the network takes them, as many at once as memory should hold."""
-        tensor = torch.from_numpy(values.astype(np.float32)).to(next(self.network.parameters()).device)
+        tensor = torch.from_numpy(np.asarray(values, np.float64)).to(next(self.network.parameters()))  # dtype and device
         return list(torch.split(tensor, _AT_ONCE))
 
 
