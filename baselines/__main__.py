@@ -1,6 +1,5 @@
 """``python -m baselines``: produce reference numbers."""
 
-import argparse
 import sys
 from collections.abc import Sequence
 
@@ -8,13 +7,12 @@ from baselines import evaluate, leaderboard, predict, sensitivity, train
 from baselines.manifold import commands as manifold
 from baselines.models import parameters
 from npss._cli import run
+from npss._cli._parser import Parser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit status."""
-    parser = argparse.ArgumentParser(
-        prog="python -m baselines", description="Reference predictors and models of human motion."
-    )
+    parser = Parser(prog="python -m baselines", description="Reference predictors and models of human motion.")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in (evaluate, leaderboard, sensitivity, parameters, train, predict, manifold):
         command.add_parser(commands)

@@ -1,4 +1,4 @@
-"""A line on the terminal that says how far long work is."""
+"""How far long work is: a line that moves on a terminal, and elsewhere, in a log, a plain line every so often."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ from types import TracebackType
 
 _PATIENCE = 1.0  # seconds before anything is shown
 _INTERVAL = 0.2  # seconds between two updates
+_FIRST, _EVERY = 10.0, 60.0  # seconds before the first plain line, and between two
 
 
 class Progress:
-    """Show on standard error how much of some work is done, if that is a terminal and the work is long.
+    """Show on standard error how much of some work is done, if the work is long.
 
     Parameters
     ----------
     what : str
         What is being done.
+    done : float, optional
+        The share that had been done before, of work that is resumed.
 
     Examples
     --------
@@ -25,21 +28,28 @@ class Progress:
     ...         progress((i + 1) / 10)
     """
 
-    def __init__(self, what: str) -> None:
+    def __init__(self, what: str, *, done: float = 0.0) -> None:
         self._what = what
+        self._done = done
         self._began = time.monotonic()
         self._shown = 0.0  # when it was last shown; 0 before
+        self._next = self._began + _FIRST  # when the next plain line is due
 
     def __call__(self, share: float) -> None:
         """Say that this share, from 0 to 1, is done."""
         now = time.monotonic()
-        if now - self._began < _PATIENCE or now - self._shown < _INTERVAL or not sys.stderr.isatty():
+        if share <= self._done:
             return
-        self._shown = now
-        left = (now - self._began) * (1 - share) / share
-        bar = "#" * round(30 * share)
-        sys.stderr.write(f"\r{self._what} [{bar:30}] {share:4.0%}, {left:.0f} s left \x1b[K")
-        sys.stderr.flush()
+        left = duration((now - self._began) * (1 - share) / (share - self._done))
+        if sys.stderr.isatty():
+            if now - self._began >= _PATIENCE and now - self._shown >= _INTERVAL:
+                self._shown = now
+                bar = "#" * round(30 * share)
+                sys.stderr.write(f"\r{self._what} [{bar:30}] {share:4.0%}, {left} left \x1b[K")
+                sys.stderr.flush()
+        elif now >= self._next:
+            self._next = now + _EVERY
+            print(f"{self._what}: {share:.0%} done, about {left} left", file=sys.stderr, flush=True)
 
     def __enter__(self) -> Progress:
         return self
@@ -51,3 +61,22 @@ class Progress:
         if self._shown:
             sys.stderr.write("\r\x1b[K")
             sys.stderr.flush()
+
+
+def duration(seconds: float) -> str:
+    """Return a time in words, to two digits or so.
+
+    Examples
+    --------
+    >>> [duration(seconds) for seconds in (3.2, 100, 7790, 273_000)]
+    ['3 s', '2 min', '2 h 10 min', '3 d 4 h']
+    """
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60)
+    if minutes < 90:
+        return f"{minutes} min"
+    hours, minutes = divmod(minutes, 60)
+    if hours < 24:
+        return f"{hours} h {minutes} min"
+    return f"{hours // 24} d {hours % 24} h"

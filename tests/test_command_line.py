@@ -12,6 +12,7 @@ import pytest
 
 import npss
 from npss._cli import main
+from npss._doing import doing
 
 
 def run(capsys, *arguments):
@@ -312,3 +313,79 @@ def test_as_a_module_and_in_a_pipe_that_closes(files):
     )
     assert closed.stderr == ""
     assert closed.stdout.strip() == "0"
+
+
+@pytest.mark.parametrize("program", ["npss", "python -m baselines"])
+def test_control_c_is_one_line(monkeypatch, capsys, program):
+    """In every command, since all are run by the same function."""
+    from baselines import evaluate
+    from baselines.__main__ import main as baselines_main
+    from npss._cli import explain
+
+    def interrupted(options):
+        raise KeyboardInterrupt
+
+    for module in (explain, evaluate):
+        monkeypatch.setattr(module, "run", interrupted)
+    status = main(["explain", "npss"]) if program == "npss" else baselines_main(["evaluate"])
+    assert status == 130
+    assert capsys.readouterr() == ("", f"{program}: interrupted\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ["score", "--windws", "0", "1"],
+            "npss score: error: unrecognized arguments: --windws; did you mean --windows?",
+        ),
+        (["demo", "--fast"], "npss demo: error: unrecognized arguments: --fast (see npss demo --help)"),
+        (["demo", "x"], "npss demo: error: unrecognized arguments: x (see"),
+        (["scroe"], "npss: error: argument COMMAND: invalid choice: 'scroe'"),
+        ([], "npss: error: the following arguments are required: COMMAND (see npss --help)"),
+    ],
+)
+def test_a_misspelt_option_is_answered_with_the_one_that_was_meant(capsys, arguments, message):
+    status, out, err = run(capsys, *arguments)
+    assert (status, out) == (2, "")
+    assert err.startswith(message), err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (FileNotFoundError(2, "No such file or directory", "gt.npy"), "gt.npy: No such file or directory"),
+        (OSError(28, "cannot write page.html: No space left on device"), "cannot write page.html: No space left on"),
+        (
+            ModuleNotFoundError("No module named 'scipy'", name="scipy.stats"),
+            "this needs scipy, which is not",
+        ),
+        (ModuleNotFoundError("No module named 'torch'", name="torch"), "this needs torch, which is not"),
+        (ImportError("two\nlines"), "two lines"),
+    ],
+)
+def test_errors_are_told_in_one_line(monkeypatch, capsys, error, message):
+    from npss._cli import explain
+
+    def broken(options):
+        raise error
+
+    monkeypatch.setattr(explain, "run", broken)
+    status, _, err = run(capsys, "explain", "npss")
+    assert status == 2
+    assert err.startswith(f"npss: error: {message}"), err
+    assert "Errno" not in err
+    assert err.count("\n") == 1
+    if isinstance(error, ModuleNotFoundError):
+        assert err.endswith(f": pip install 'npss[{'study' if 'scipy' in message else 'baselines'}]'\n")
+
+
+def test_an_error_of_the_system_says_what_was_being_done(tmp_path):
+    with (
+        pytest.raises(PermissionError, match=r"reading the votes: votes\.csv: Permission denied$"),
+        doing("reading the votes"),
+    ):
+        raise PermissionError(13, "Permission denied", "votes.csv")
+    with pytest.raises(OSError, match=r"reading the votes: nothing there$"), doing("reading the votes"):
+        raise OSError("nothing there")

@@ -1,4 +1,4 @@
-"""The progress line: on a terminal, for long work, gone when it is over."""
+"""How far long work is: a line on a terminal, gone when it is over; elsewhere a plain line every so often."""
 
 import io
 
@@ -7,7 +7,7 @@ import pytest
 
 from npss import _progress
 from npss._cli import main
-from npss._progress import Progress
+from npss._progress import Progress, duration
 
 
 class Terminal(io.StringIO):
@@ -34,18 +34,43 @@ def test_shows_how_much_and_how_long(monkeypatch, clock):
     assert shown[3] == "\x1b[K"
 
 
-def test_is_silent_where_there_is_no_terminal_or_no_time_has_passed(monkeypatch, clock):
-    text = io.StringIO()
-    monkeypatch.setattr("sys.stderr", text)
-    with Progress("counting") as progress:
-        progress(0.5)
-    assert text.getvalue() == ""
+def test_what_had_been_done_before_took_no_time(monkeypatch, clock):
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stderr", terminal)
+    with Progress("counting", done=0.5) as progress:
+        progress(0.5)  # nothing has been done since: how long it takes is not known
+        progress(0.75)  # a quarter in 2 seconds
+    assert [line.partition("%, ")[2] for line in terminal.getvalue().split("\r")[1:2]] == ["2 s left \x1b[K"]
+
+
+def test_no_time_has_passed(monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr("sys.stderr", terminal)
     monkeypatch.setattr(_progress.time, "monotonic", lambda: 0.0)
     with Progress("counting") as progress:
         progress(0.5)
     assert terminal.getvalue() == ""
+
+
+def test_where_there_is_no_terminal_a_line_now_and_then(monkeypatch, clock):
+    """After 10 seconds, and then every minute; plain text."""
+    text = io.StringIO()
+    monkeypatch.setattr("sys.stderr", text)
+    with Progress("counting") as progress:
+        for i in range(1, 101):
+            progress(i / 100)
+    assert text.getvalue().splitlines() == [
+        "counting: 10% done, about 2 min left",
+        "counting: 70% done, about 30 s left",
+    ]
+    assert "\r" not in text.getvalue()
+    assert "\x1b" not in text.getvalue()
+
+
+def test_times_in_words():
+    assert [duration(seconds) for seconds in (0.2, 89.4, 90, 89 * 60, 5400, 86_340, 86_400, 1e6)] == [
+        *("0 s", "89 s", "2 min", "89 min", "1 h 30 min", "23 h 59 min", "1 d 0 h", "11 d 13 h"),
+    ]
 
 
 def test_scoring_files_shows_it(monkeypatch, clock, tmp_path, capsys):

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 from collections.abc import Sequence
 
 import npss
 from npss._cli import demo, explain, leaderboard, report, score, study
+from npss._cli._parser import Parser
+
+#: The extra of ``npss`` that brings a package, where that is not called like it.
+_EXTRAS = {"h5py": "h5", "matplotlib": "plot", "scipy": "study", "pybvh": "manifold"} | dict.fromkeys(
+    ("docstring_parser", "filelock", "jsonargparse", "lightning", "safetensors", "torch"), "baselines"
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return its exit status: 0, or 2 with one line on what was wrong."""
-    parser = argparse.ArgumentParser(
+    """Run the command; return its exit status: 0, or as `run` says."""
+    parser = Parser(
         prog="npss", description="NPSS, the metric for long-term human motion prediction: one meaning per number."
     )
     parser.add_argument("--version", action="version", version=f"npss {npss.__version__}")
@@ -24,15 +31,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> int:
-    """Parse the arguments and call the ``run`` that they chose, turning its errors into one line and status 2."""
+    """Parse the arguments and call the ``run`` that they chose.
+
+    Its errors become one line and status 2; Ctrl-C becomes one line and status 130.
+    """
     options = parser.parse_args(arguments)
     try:
         options.run(options)
         sys.stdout.flush()
     except BrokenPipeError:  # the reader has seen enough, e.g. `npss score ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except KeyboardInterrupt:
+        print(f"{parser.prog}: interrupted", file=sys.stderr)
+        return 128 + signal.SIGINT
     except (ImportError, OSError, TypeError, ValueError) as error:
-        message = " ".join(str(error).split())
-        print(f"{parser.prog}: error: {message}", file=sys.stderr)
+        print(f"{parser.prog}: error: {' '.join(told(error).split())}", file=sys.stderr)
         return 2
     return 0
+
+
+def told(error: Exception) -> str:
+    """Return what an error tells people: no numbers of errors, and what to install where a package is missing."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename is not None else error.strerror
+    if isinstance(error, ModuleNotFoundError) and error.name is not None:
+        package = error.name.partition(".")[0]
+        return f"this needs {package}, which is not installed: pip install 'npss[{_EXTRAS.get(package, package)}]'"
+    return str(error)

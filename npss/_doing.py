@@ -1,0 +1,24 @@
+"""Errors of the system that say what was being done."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def doing(what: str) -> Iterator[None]:
+    """Let an OSError of the block say what was being done, and to which file.
+
+    Examples
+    --------
+    >>> with doing("reading the votes"):
+    ...     open("votes.csv")
+    Traceback (most recent call last):
+    FileNotFoundError: [Errno 2] reading the votes: votes.csv: No such file or directory
+    """
+    try:
+        yield
+    except OSError as error:
+        of = "" if error.filename is None else f"{error.filename}: "
+        raise OSError(error.errno, f"{what}: {of}{error.strerror or error}") from error
