@@ -18,15 +18,19 @@ from npss._records import Record
 _MEASURED = ("npss", "npss_windows", "euler_error")
 
 
-def evaluate_run(path: Path, task: Task, *, draws: int = 1, seed: int = 0, **options: Any) -> Record:
+def evaluate_run(
+    path: Path, task: Task, *, name: str | None = None, draws: int = 1, seed: int = 0, **options: Any
+) -> Record:
     """Measure a trained model on a task.
 
     Parameters
     ----------
     path : Path
-        The folder of the run; its name is that of the model in the record.
+        The folder of the run.
     task : Task
         The windows.
+    name : str, optional
+        What the record calls the model; by default the name of the folder.
     draws : int, optional
         How often the model predicts, each time with new noise; the NPSS paper's tables are of 30.
     seed : int, optional
@@ -47,7 +51,8 @@ def evaluate_run(path: Path, task: Task, *, draws: int = 1, seed: int = 0, **opt
     """
     positive_integer("draws", draws)
     predictor = runs.predictor_of(path, task.action, rng=np.random.default_rng(seed))
-    records = [evaluate(path.resolve().name, predictor, task, **options) for _ in range(draws)]
+    called = path.resolve().name if name is None else name
+    records = [evaluate(called, predictor, task, **options) for _ in range(draws)]
     return records[0] if draws == 1 else over_draws(records)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from baselines.predictors import PREDICTORS, Predictor
 from baselines.tasks import Task, add_task_options, tasks_of
 from npss import poses_to_euler, protocol
+from npss._names import names_of_paths
 from npss._records import Record, measure
 from npss._tables import table
 
@@ -122,10 +123,11 @@ def add_parser(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Print the records."""
-    names = options.models or list(PREDICTORS)
-    if unknown := [name for name in names if name not in PREDICTORS and not is_run(name)]:
+    models = options.models or list(PREDICTORS)
+    if unknown := [model for model in models if model not in PREDICTORS and not is_run(model)]:
         raise ValueError(f"MODEL: {unknown[0]!r} is not one of {', '.join(PREDICTORS)}, nor the folder of a run")
-    records = [_record(name, task, options) for task in tasks_of(options) for name in names]
+    named = by_name(models)
+    records = [_record(name, model, task, options) for task in tasks_of(options) for name, model in named.items()]
     form = options.format or ("table" if sys.stdout.isatty() else "json")
     if form == "json":
         print(json.dumps(records, indent=2))
@@ -138,10 +140,25 @@ def is_run(name: str) -> bool:
     return (Path(name) / "config.json").is_file()
 
 
-def _record(name: str, task: Task, options: argparse.Namespace) -> Record:
+def by_name(models: Sequence[str]) -> dict[str, str]:
+    """Return predictors by their names, and folders and files by names that tell them apart, from predictors, too.
+
+    Raises
+    ------
+    ValueError
+        If one is there twice.
+    """
+    if twice := [model for model in models if models.count(model) > 1]:
+        raise ValueError(f"MODEL: {twice[0]!r} is there twice")
+    paths = names_of_paths((Path(model) for model in models if model not in PREDICTORS), taken=PREDICTORS)
+    names = {path: name for name, path in paths.items()}
+    return {model if model in PREDICTORS else names[Path(model)]: model for model in models}
+
+
+def _record(name: str, model: str, task: Task, options: argparse.Namespace) -> Record:
     measured: dict[str, Any] = {"unwrapped": options.unwrap, "sequences": options.sequences}
-    if name in PREDICTORS:
-        return evaluate(name, PREDICTORS[name], task, **measured)
+    if model in PREDICTORS:
+        return evaluate(name, PREDICTORS[model], task, **measured)
     from baselines.draws import evaluate_run  # imports torch, which predictors do not need
 
-    return evaluate_run(Path(name), task, draws=options.draws, seed=options.seed, **measured)
+    return evaluate_run(Path(model), task, name=name, draws=options.draws, seed=options.seed, **measured)

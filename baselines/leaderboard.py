@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from baselines.evaluate import is_run
+from baselines.evaluate import by_name, is_run
 from baselines.predictors import PREDICTORS, Predictor
 from baselines.tasks import Task, add_task_options, tasks_of
 from npss import parse_signature, signature
@@ -18,7 +18,7 @@ from npss._cli.leaderboard import add_options, board_of, show
 from npss._files import Pair
 from npss._progress import Progress
 from npss._records import Record
-from npss._submissions import Submissions, check_truths, read_submissions, records_of
+from npss._submissions import Submissions, check_truths, read_actions, records_of, sample_files
 
 _DESCRIPTION = """\
 Rank predictors, and models of which there are prediction files, on the same test windows: Euler error and NPSS with
@@ -68,27 +68,28 @@ def run(options: argparse.Namespace) -> None:
 
 def submit(models: list[str], tasks: list[Task]) -> dict[str, dict[str, Pair]]:
     """Let predictors and trained models predict, and read what others have predicted, of the same windows."""
-    files = [Path(model) for model in models if model not in PREDICTORS and not is_run(model)]
-    if unknown := [file for file in files if not file.suffix]:
+    if unknown := [m for m in models if m not in PREDICTORS and not is_run(m) and not Path(m).suffix]:
         raise ValueError(
-            f"MODEL: {str(unknown[0])!r} is not one of {', '.join(PREDICTORS)}, nor a file, nor the folder of a run"
+            f"MODEL: {unknown[0]!r} is not one of {', '.join(PREDICTORS)}, nor a file, nor the folder of a run"
         )
+    several = ([m] if m in PREDICTORS or is_run(m) else map(str, sample_files([Path(m)])) for m in models)
+    named = by_name([model for each in several for model in each])
     asked = [task.action for task in tasks]
     found: dict[str, dict[str, Pair]] = {}
-    for model in models:
+    for name, model in named.items():
         if model in PREDICTORS:
-            found[model] = {task.action: _predicted(PREDICTORS[model], task) for task in tasks}
+            found[name] = {task.action: _predicted(PREDICTORS[model], task) for task in tasks}
         elif is_run(model):
             from baselines.training import runs  # imports torch, which predictors do not need
 
             trained = runs.load(Path(model))
-            found[Path(model).resolve().name] = {
+            found[name] = {
                 task.action: _predicted(trained.predictor(task.action, rng=np.random.default_rng(0)), task)
                 for task in tasks
                 if task.action in trained.configuration.actions
             }
-    for name, pairs in read_submissions(files).items():
-        found[name] = {action: pair for action, pair in pairs.items() if action in asked}
+        else:
+            found[name] = {action: pair for action, pair in read_actions(Path(model)).items() if action in asked}
     if without := [name for name, pairs in found.items() if not pairs]:
         raise ValueError(f"MODEL: {without[0]!r} has none of the actions asked for, {', '.join(asked)}")
     truth = {task.action: Pair(task.action, task.target, task.target) for task in tasks}

@@ -11,6 +11,7 @@ import numpy as np
 
 from npss._checks import Float64, is_real
 from npss._convention import as_convention
+from npss._names import model_name, one_line
 from npss._records import Record, signature_of
 from npss._report import Report
 from npss._signature import parse_signature
@@ -56,7 +57,8 @@ def _results(record: Record) -> Iterator[Result]:
     source = record.get("source", "")
     if not isinstance(source, str):
         raise ValueError(f"source: expected text, got {source!r:.100}")
-    named: dict[str, Any] = {"model": one_line(record["model"]), "action": one_line(record["action"]), "source": source}
+    model, action = model_name(record["model"]), one_line(record["action"])
+    named: dict[str, Any] = {"model": model, "action": action, "source": source}
     parse_signature(record["signature"])
     alone = _object("sequences", record.get("sequences", {}))
     scores, weights = (_object(f"sequences: {name}", alone.get(name, {})) for name in ("npss", "weight"))
@@ -102,7 +104,7 @@ def result_of_report(model: str, action: str, report: Report) -> Result:
     convention = parse_signature(report.signature)["convention"]
     name = convention if isinstance(convention, str) else report.signature.split("convention:")[1].split("|")[0]
     return Result(
-        model=one_line(model),
+        model=model_name(model),
         action=one_line(action),
         column=f"NPSS {name}",
         value=report.score,
@@ -111,11 +113,6 @@ def result_of_report(model: str, action: str, report: Report) -> Result:
         weight=report.weight.sum(axis=1),
         fingerprint=report.fingerprint,
     )
-
-
-def one_line(name: str) -> str:
-    """Return a name without what would break the line of a table."""
-    return " ".join(name.split())
 
 
 def _object(field: str, value: object) -> Mapping[str, Any]:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from npss._checks import Float64
 from npss._files import Pair, read_poses
+from npss._names import names_of_paths
 from npss._poses import poses_to_euler
 from npss._progress import Progress
 from npss._records import Record, measure
-from npss._results import one_line
 from npss.protocol import FPS, SLICES_MS
 
 _SUFFIXES = (".h5", ".hdf5", ".npz")
@@ -32,35 +34,76 @@ Submissions = Mapping[str, Mapping[str, Pair]]
 def read_submissions(paths: Iterable[Path]) -> dict[str, dict[str, Pair]]:
     """Read one file of samples for each model, and of a folder all that are in it.
 
-    A model is called as its file, ``MODEL.h5``; or as its folder, where the file is ``MODEL/samples.h5``.
+    A model is called as its file, ``MODEL.h5``; or as its folder, where the file is ``MODEL/samples.h5``; with as much
+    of the path before it as it takes to tell two apart.
 
     Raises
     ------
     ValueError
-        If there are none, two have the same name, or their ground truths differ.
+        If there are none, a file is there twice, a prediction has another shape than its ground truth, or the ground
+        truths of two models differ: names the file, or the models.
     """
-    files: dict[str, Path] = {}
+    found = {model: read_actions(file) for model, file in names_of_paths(sample_files(paths)).items()}
+    if TRUTH in found:
+        raise ValueError(f"no model may be called {TRUTH!r}")
+    check_truths(found)
+    return found
+
+
+def sample_files(paths: Iterable[Path]) -> list[Path]:
+    """Return the files of samples that are meant: of a folder all that are in it, but hidden ones."""
+    files = []
     for path in paths:
         if not path.exists():
             raise ValueError(f"{path}: no such file or folder")
-        inside = [path]
         if not path.is_dir() and path.suffix not in _SUFFIXES:
             raise ValueError(f"{path}: expected samples ({', '.join(_SUFFIXES)})")
+        inside = [path]
         if path.is_dir():
-            several = sorted([*path.iterdir(), *path.glob("*/samples.*")])
-            inside = [file for file in several if file.suffix in _SUFFIXES and file.is_file()]
+            several = [file for file in (*path.iterdir(), *path.glob("*/samples.*")) if not _hidden(file, path)]
+            inside = sorted(file for file in several if file.suffix in _SUFFIXES and file.is_file())
         if not inside:
             raise ValueError(f"{path}: no samples in it ({', '.join(_SUFFIXES)})")
-        for file in inside:
-            model = one_line(file.parent.name if file.stem == "samples" else file.stem)
-            if model == TRUTH:
-                raise ValueError(f"{file}: no model may be called {TRUTH!r}")
-            if model in files:
-                raise ValueError(f"{file}: there is another file of a model {model!r}, {files[model]}")
-            files[model] = file
-    found = {model: {str(pair.name): pair for pair in read_poses(file)} for model, file in files.items()}
-    check_truths(found)
-    return found
+        files += inside
+    return files
+
+
+def _hidden(file: Path, folder: Path) -> bool:
+    """Say whether a file is not meant to be seen: ``.ipynb_checkpoints/samples.h5``, or macOS's ``._model.h5``."""
+    return any(part.startswith(".") for part in file.relative_to(folder).parts)
+
+
+def read_actions(file: Path) -> dict[str, Pair]:
+    """Read a file of samples, by action, each prediction of the shape of its ground truth."""
+    pairs = {str(pair.name): pair for pair in read_poses(file)}
+    for action, pair in pairs.items():
+        if pair.gt.shape != pair.pred.shape:
+            raise ValueError(
+                f"{file}: {action}: the predictions have {pair.pred.shape[1]} frames, the ground truth "
+                f"{pair.gt.shape[1]}; nothing is cut"
+            )
+    return pairs
+
+
+@contextmanager
+def naming(model: str, action: str) -> Iterator[None]:
+    """Name the model and the action in errors about its motion."""
+    try:
+        yield
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{model!r} on {action!r}: {error}") from error
+
+
+def euler_of(pair: Pair) -> tuple[Float64, Float64]:
+    """Return ground truth and prediction as Euler angles; errors say which of the two is beyond conversion."""
+    angles = []
+    for name, poses in (("ground truth", pair.gt), ("prediction", pair.pred)):
+        try:
+            angles.append(poses_to_euler(poses))
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from error
+    gt, pred = angles
+    return gt, pred
 
 
 def check_truths(submissions: Submissions) -> None:
@@ -87,16 +130,16 @@ def records_of(submissions: Submissions, **context: Any) -> list[Record]:
     with Progress("scoring") as progress:
         for done, (model, action, pair) in enumerate(pairs, 1):
             n_frames = pair.gt.shape[1]
-            measured = measure(
-                poses_to_euler(pair.gt),
-                poses_to_euler(pair.pred),
-                fps=FPS,
-                at_ms=[time for time in SLICES_MS if time * FPS <= n_frames * 1000],
-                sequences=True,
-                representation="euler",
-                frames=n_frames,
-                **context,
-            )
+            with naming(model, action):
+                measured = measure(
+                    *euler_of(pair),
+                    fps=FPS,
+                    at_ms=[time for time in SLICES_MS if time * FPS <= n_frames * 1000],
+                    sequences=True,
+                    representation="euler",
+                    frames=n_frames,
+                    **context,
+                )
             found.append({"model": model, "action": action, **measured})
             progress(done / len(pairs))
     return found

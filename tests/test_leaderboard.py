@@ -209,8 +209,11 @@ class TestSources:
 
     def test_two_files_of_one_model(self, folder, tmp_path, poses):
         other = write(tmp_path / "close.npz", poses["gt"], {"walking": poses["far"]})
-        with pytest.raises(ValueError, match="another file of a model 'close'"):
-            read_submissions([folder, other])
+        found = read_submissions([folder, other])
+        assert list(found) == [f"{folder.name}/close", "far_$off", "half & half", f"{tmp_path.name}/close"]
+        np.testing.assert_array_equal(found[f"{tmp_path.name}/close"]["walking"].pred, poses["far"])
+        with pytest.raises(ValueError, match=r"close\.npz: there is another file of a model 'close'"):
+            read_submissions([folder, folder / "close.npz"])
 
     def test_ground_truths_that_differ(self, folder, tmp_path, poses):
         other = write(tmp_path / "odd.npz", poses["gt"] + 0.01, {"walking": poses["far"]})

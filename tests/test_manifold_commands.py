@@ -152,7 +152,19 @@ class TestCommands:
         drawn = {path.stem for path in pictures.iterdir()}
         assert drawn == {*USES, "interpolate", "sample", "filters", "nearest"}  # one action: nothing to tell apart
         assert main(["manifold", "table", str(run), str(run), "--quick"]) == 2
-        assert "RUN: folders of the same name" in capsys.readouterr().err
+        assert "there is another file of a model 'untrained'" in capsys.readouterr().err
+
+    def test_a_run_takes_no_row_of_another_method_or_run(self, run, tmp_path, monkeypatch):
+        folders = [tmp_path / name for name in ("linear", "pca-best", "a/seed-0", "b/seed-0")]
+        for folder in folders:
+            shutil.copytree(run, folder)
+        seen = []
+        monkeypatch.setattr(table, "records_of", lambda bench: seen.append(bench) or [])
+        monkeypatch.setattr(table, "text", lambda records, **_: "")
+        assert main(["manifold", "table", *map(str, folders), "--quick", "--format", "table"]) == 0
+        names = [f"{tmp_path.name}/linear", f"{tmp_path.name}/pca-best", "a/seed-0", "b/seed-0"]
+        assert list(seen[0].manifolds) == names
+        assert list(seen[0].projectors("repair")) == ["pca", "pca-best", *names]
 
     def test_no_run(self, tmp_path, capsys):
         assert main(["manifold", "table", str(tmp_path)]) == 2

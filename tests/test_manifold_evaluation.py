@@ -12,7 +12,7 @@ from baselines.data.gait import gait
 from baselines.data.motion import JOINTS
 from baselines.manifold import evaluation, measures, rivals, table
 from baselines.manifold.autoencoder import Autoencoder, AutoencoderConfig
-from baselines.manifold.bench import Bench, fingerprint
+from baselines.manifold.bench import TAKEN, Bench, fingerprint
 from baselines.manifold.clip_distances import clip_distances
 from baselines.manifold.distance import g, g_of_poses
 from baselines.manifold.features import local_positions
@@ -51,6 +51,16 @@ def value(records, use, method, metric):
 
 
 class TestBench:
+    @pytest.mark.parametrize("name", ["input", "linear", "pca", "pca-best", "extremes", "original", "pca, known kept"])
+    def test_a_manifold_does_not_take_the_name_of_another_method(self, motions, name):
+        with pytest.raises(ValueError, match=f"^manifolds: '{name}' could be taken for another method"):
+            Bench(motions, {"manifold": manifold_of(motions), name: manifold_of(motions)})
+
+    def test_every_method_that_is_no_manifold_is_known(self, bench, records):
+        chosen = clip_distances(bench.motions, bench.manifolds, bench.rival, bench.normalization)
+        methods = {record["method"] for record in records} | set(chosen)
+        assert {method.partition(",")[0] for method in methods} - {"manifold"} <= set(TAKEN)
+
     def test_nobody_is_on_both_sides(self, bench):
         subjects = [{clip.subject for clip in part.clips} for part in (bench.training, bench.test)]
         assert subjects[1] == {"synthetic/0", "synthetic/1"}

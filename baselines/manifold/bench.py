@@ -20,6 +20,9 @@ from baselines.manifold.rivals import ALL, best_sizes, truncated
 from baselines.manifold.split import split
 from npss._checks import Array
 
+#: What tables and pictures call what is no manifold: of their names, it is all that stands before a comma.
+TAKEN = ("input", "linear", "pca", "pca-best", "euclidean", "extremes", "length", "chance", "original", "real")
+
 
 @dataclass(frozen=True)
 class Bench:
@@ -31,14 +34,28 @@ class Bench:
         All of it, divided by subject as for training: rivals are fitted to what manifolds are trained on, and restoring
         is measured on what is held out.
     manifolds : mapping of str to Manifold
-        By name, one or more. The mean of the first is what lost values become, and rivals see features as it does.
+        By name, one or more; none of `TAKEN`, and without a comma. The mean of the first is what lost values become,
+        and rivals see features as it does.
     seed : int
         Of all that is random.
+
+    Raises
+    ------
+    ValueError
+        If a manifold has the name of another method.
     """
 
     motions: MotionSet
     manifolds: Mapping[str, Manifold]
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in self.manifolds:
+            if name in TAKEN or "," in name:
+                raise ValueError(
+                    f"manifolds: {name!r} could be taken for another method; a name has no comma and is none of "
+                    f"{', '.join(TAKEN)}"
+                )
 
     @property
     def normalization(self) -> Normalization:

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from npss._names import names_of_paths
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -169,14 +171,12 @@ def run_table(options: argparse.Namespace) -> None:
 
 def _bench(options: argparse.Namespace) -> Bench:
     """Load the runs, and the motion."""
-    from baselines.manifold.bench import Bench
+    from baselines.manifold.bench import TAKEN, Bench
     from baselines.manifold.prepared import motion_set
     from baselines.manifold.runs import load
 
-    names = [run.resolve().name for run in options.runs] if len(options.runs) > 1 else ["manifold"]
-    if len(set(names)) < len(names):
-        raise ValueError(f"RUN: folders of the same name cannot be told apart in a table: {', '.join(names)}")
-    manifolds = {name: load(run).projector for name, run in zip(names, options.runs, strict=True)}
+    runs = {"manifold": options.runs[0]} if len(options.runs) == 1 else names_of_paths(options.runs, taken=TAKEN)
+    manifolds = {name: load(run).projector for name, run in runs.items()}
     motions = motion_set(options.cmu, options.styles, options.h36m, cache=options.cache, quick=options.quick)
     return Bench(motions, manifolds, options.seed)
 

@@ -18,7 +18,7 @@ from npss._progress import Progress
 from npss._render import html_tables, tables
 from npss._report import Report, report
 from npss._signature import parse_signature
-from npss._submissions import TRUTH, Submissions, read_submissions, records_of
+from npss._submissions import TRUTH, Submissions, naming, read_submissions, records_of
 from npss.protocol import FPS
 from npss.skeleton import FEATURE_NAMES, H36M, poses_to_positions
 
@@ -99,8 +99,10 @@ class _Action:
         self._convention = meaning["convention"]
         self._context = {name: meaning[name] for name in ("representation", "protocol", "unwrap") if name in meaning}
         self.findings = [(f"{action}, {label}", lines) for label, lines in self._diagnose() if lines]
-        motions = {TRUTH: truth, **{model: pair.pred for model, pair in pairs.items()}}
-        self.clips = {label: poses_to_positions(poses[:_SHOWN]) for label, poses in motions.items()}
+        self.clips = {}
+        for label, poses in {TRUTH: truth, **{model: pair.pred for model, pair in pairs.items()}}.items():
+            with naming(label, action):
+                self.clips[label] = poses_to_positions(poses[:_SHOWN])
         self.figures = list(self._draw())
 
     def _diagnose(self) -> Iterator[tuple[str, list[str]]]:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from npss._checks import is_integer
 from npss._files import Pair
 from npss._pages._html import figure, pack, page, positions_array, resource
-from npss._submissions import read_submissions
+from npss._submissions import naming, read_submissions
 from npss.protocol import FPS
 from npss.skeleton import H36M, Skeleton, poses_to_positions
 
@@ -62,12 +62,11 @@ def survey(directory: Path, *, n_questions: int, seed: int, action: str | None =
     from npss import study  # imported late: it is large
 
     questions = study.design(list(pairs), range(len(truth)), n_questions, rng=np.random.default_rng(seed))
-    return survey_page(
-        poses_to_positions(truth),
-        {model: poses_to_positions(pair.pred) for model, pair in pairs.items()},
-        questions,
-        action=chosen,
-    )
+    motions = {}
+    for model, pair in pairs.items():
+        with naming(model, chosen):
+            motions[model] = poses_to_positions(pair.pred)
+    return survey_page(poses_to_positions(truth), motions, questions, action=chosen)
 
 
 def survey_page(
