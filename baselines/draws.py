@@ -76,13 +76,15 @@ def over_draws(records: Sequence[Record]) -> Record:
 
 
 def _over(values: Sequence[Any], statistic: Any) -> Any:
-    """Apply a statistic to the numbers in nested dictionaries and lists; what is text is the same in all."""
+    """Apply a statistic to the numbers in nested dictionaries and lists; text and whole numbers are the same in all."""
     first = values[0]
     if isinstance(first, dict):
         return {name: _over([value[name] for value in values], statistic) for name in first}
     if isinstance(first, list):
         return [_over(each, statistic) for each in zip(*values, strict=True)]
-    return first if isinstance(first, str) else float(statistic(values))
+    if not isinstance(first, float) and all(value == first for value in values):
+        return first
+    return float(statistic(values))
 
 
 def _with_draws(line: str, draws: int) -> str:

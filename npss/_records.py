@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from npss._blocks import STATISTICS_VERSION
 from npss._checks import motion_pair, positive_number
 from npss._convention import CONVENTIONS, as_convention
 from npss._euler_error import euler_error, sequence_errors
@@ -69,11 +70,13 @@ def measure(
         ``npss`` by convention, ``npss_windows`` by convention and window, ``euler_error`` by time, as far as they were
         asked for; the one ``signature`` of them all, and ``signatures``, that of each number by metric or convention.
         In ``sequences``, lists with a value for each sequence: ``npss`` by convention, ``weight`` by convention (of
-        which the score is the weighted mean), ``euler_error`` by time, and the ground truth's ``fingerprint``.
+        which the score is the weighted mean), ``euler_error`` by time, and the ground truth's ``fingerprint``; and
+        ``statistics``, the version of the rules by which they are to be read.
     """
     record: Record = {}
     alone: Record = {}  # of each sequence
     if sequences:
+        alone["statistics"] = STATISTICS_VERSION
         alone["fingerprint"] = fingerprint(motion_pair(gt, pred)[0]).tolist()
     stated = stated_with(measure, context, extra, unwrap=unwrapped)
     if fps is not None:
