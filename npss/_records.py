@@ -13,8 +13,9 @@ from npss._checks import motion_pair, positive_number
 from npss._convention import CONVENTIONS, as_convention
 from npss._euler_error import euler_error, sequence_errors
 from npss._fields import Value
+from npss._fingerprint import fingerprint
 from npss._progress import Progress
-from npss._report import fingerprint, report
+from npss._report import report
 from npss._score import quotient, score_windows, weighted_sums
 from npss._signature import parse_signature, signature, stated_of, stated_with
 from npss._unwrap import unwrap

@@ -12,6 +12,7 @@ from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval
 from npss._checks import Array, Float64, each, motion_pair, positive_number
 from npss._convention import Convention, as_convention
 from npss._fields import Value
+from npss._fingerprint import fingerprint
 from npss._kernel import blocks, tile
 from npss._score import score
 from npss._signature import signature, stated_with
@@ -34,8 +35,8 @@ class Report:
         Their weights, in the squared unit of the ground truth. Read-only.
     feature_names : tuple of str
         Names of the D features.
-    fingerprint : (N,) ndarray of float64
-        Mean absolute value of every sequence of the ground truth, by which copies of it are recognised.
+    fingerprint : (N, 9) ndarray of float64
+        Norm and eight projections of every sequence of the ground truth, by which copies of it are recognised.
     """
 
     score: float
@@ -212,12 +213,6 @@ def report(
         feature_names=tuple(names),
         fingerprint=fingerprint(truth),
     )
-
-
-def fingerprint(gt: Array) -> Float64:
-    """Return the mean absolute value of every sequence, ``(N,)``, by which copies of a ground truth are recognised."""
-    sequences = gt if gt.ndim == 3 else gt[np.newaxis]
-    return np.array([np.abs(sequence).mean(dtype=np.float64) for sequence in sequences])
 
 
 def contributions(gt: Array, pred: Array, convention: Convention) -> tuple[Float64, Float64]:

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from npss._blocks import statistics_version
 from npss._checks import Float64, is_real
 from npss._convention import as_convention
+from npss._fingerprint import PROJECTIONS
 from npss._names import model_name, one_line
 from npss._records import Record, signature_of
 from npss._report import Report
@@ -31,7 +33,7 @@ class Result:
     signature: str
     numerator: Float64 | None = None  # (N,); what each sequence adds to the weighted mean that the value is
     weight: Float64 | None = None  # (N,)
-    fingerprint: Float64 | None = None  # (N,); of the ground truth
+    fingerprint: Float64 | None = None  # (N, 9), of the ground truth; (N,) of statistics version 1
     source: str = ""  # where a published number is from; empty for one's own
 
 
@@ -63,7 +65,7 @@ def _results(record: Record) -> Iterator[Result]:
     alone = _object("sequences", record.get("sequences", {}))
     scores, weights = (_object(f"sequences: {name}", alone.get(name, {})) for name in ("npss", "weight"))
     errors = _object("sequences: euler_error", alone.get("euler_error", {}))
-    fingerprint = _list("sequences: fingerprint", alone["fingerprint"]) if "fingerprint" in alone else None
+    fingerprint = _fingerprint(alone["fingerprint"], statistics_version(alone)) if "fingerprint" in alone else None
 
     def result(
         field: str, column: str, value: object, which: str, score: object = None, weight: object = None
@@ -121,14 +123,31 @@ def _object(field: str, value: object) -> Mapping[str, Any]:
     return value
 
 
-def _number(field: str, value: object) -> float:
+def _number(field: str, value: object, *, least: float = 0) -> float:
     try:
         number = float(value) if is_real(value) else math.nan
     except OverflowError:
         number = math.inf
-    if not (math.isfinite(number) and number >= 0):
-        raise ValueError(f"{field}: expected a finite number that is not negative, got {value!r:.100}")
+    if not (math.isfinite(number) and number >= least):
+        what = "a finite number" if least < 0 else "a finite number that is not negative"
+        raise ValueError(f"{field}: expected {what}, got {value!r:.100}")
     return number
+
+
+def _fingerprint(value: object, version: int) -> Float64:
+    """Read the fingerprint of a ground truth: a list of each sequence, or a number in records of version 1."""
+    field = "sequences: fingerprint"
+    if version == 1:
+        return _list(field, value)
+    if not isinstance(value, list) or not value:
+        raise ValueError(f"{field}: expected a list for each sequence, got {value!r:.100}")
+    for row in value:
+        if not isinstance(row, list) or len(row) != 1 + PROJECTIONS:
+            raise ValueError(f"{field}: expected {1 + PROJECTIONS} numbers of each sequence, got {row!r:.100}")
+    numbers = np.array([[_number(field, one, least=-math.inf) for one in row] for row in value])
+    if (numbers[:, 0] < 0).any():
+        raise ValueError(f"{field}: a norm is negative")
+    return numbers
 
 
 def _list(field: str, values: object) -> Float64:

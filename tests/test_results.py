@@ -54,7 +54,7 @@ def change(record, path, value):
     *parents, last = path.split("/")
     place = changed
     for name in parents:
-        place = place[name]
+        place = place[int(name) if isinstance(place, list) else name]
     last = int(last) if isinstance(place, list) else last
     if value is None:
         del place[last]
@@ -75,7 +75,6 @@ NO_NUMBERS = ["0.5", True, [], {}, math.nan, math.inf, -0.5, 10**400]
             "sequences/npss/literal/0",
             "sequences/weight/paper/5",
             "sequences/euler_error/400/1",
-            "sequences/fingerprint/2",
         ),
     ],
 )
@@ -95,10 +94,36 @@ def test_objects_that_are_none(record, path, value):
 
 
 @pytest.mark.parametrize("value", [[], "x", 3, {}], ids=repr)
-@pytest.mark.parametrize("path", ["sequences/npss/paper", "sequences/weight/paper", "sequences/fingerprint"])
+@pytest.mark.parametrize("path", ["sequences/npss/paper", "sequences/weight/paper"])
 def test_lists_that_are_none(record, path, value):
     with pytest.raises(ValueError, match=r"^records: 'm' on 'a': .*expected a list with a number for each sequence"):
         results_of_record(change(record, path, value))
+
+
+@pytest.mark.parametrize("value", [[], "x", 3, {}, [1.0], [[1.0, 2.0]], [None]], ids=repr)
+def test_fingerprints_that_are_none(record, value):
+    with pytest.raises(ValueError, match=r"^records: 'm' on 'a': sequences: fingerprint: expected (a list|9 numbers)"):
+        results_of_record(change(record, "sequences/fingerprint", value))
+
+
+@pytest.mark.parametrize("value", ["0.5", True, [], None, math.nan, -math.inf, 10**400], ids=repr)
+def test_projections_that_are_none(record, value):
+    row = [*record["sequences"]["fingerprint"][2][:-1], value]
+    with pytest.raises(ValueError, match=r"sequences: fingerprint: expected a finite number, got"):
+        results_of_record(change(record, "sequences/fingerprint/2", row))
+
+
+def test_records_of_an_older_npss_have_fingerprints_of_their_own(record):
+    old = change(change(record, "sequences/statistics", None), "sequences/fingerprint", [0.5] * 6)
+    assert results_of_record(old)[0].fingerprint.shape == (6,)
+    with pytest.raises(ValueError, match="fingerprint: a norm is negative"):
+        results_of_record(change(record, "sequences/fingerprint/3/0", -1.0))
+    with pytest.raises(ValueError, match="expected a finite number that is not negative"):
+        results_of_record(change(record, "sequences/statistics", None))
+    with pytest.raises(ValueError, match="statistics: expected a version from 1 to 2, got 3"):
+        results_of_record(change(record, "sequences/statistics", 3))
+    with pytest.raises(ValueError, match="cannot be compared: an older npss measured one of them"):
+        standings(results_of_record(record) + results_of_record(old | {"model": "old"}))
 
 
 @pytest.mark.parametrize("path", ["sequences/npss/paper/0", "sequences/weight/paper/0", "sequences/fingerprint/0"])

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import npss
+from npss._fingerprint import fingerprint
 from npss._results import Result, result_of_report
 from npss._standings import holm, notes, standings
 
@@ -163,14 +164,30 @@ def test_a_model_is_there_once():
 @pytest.mark.parametrize("column", ["NPSS paper", "NPSS literal", "Euler error 80 ms"])
 def test_models_are_compared_on_the_same_ground_truth_only(column):
     def scored(model, truth):
-        return result(model, np.arange(len(truth)), column=column, fingerprint=np.array(truth, float))
+        return result(model, np.arange(len(truth)), column=column, fingerprint=fingerprint(truth))
 
-    one = scored("a", [1, 2, 3, 4])
+    truth = np.random.default_rng(9).normal(size=(4, 20, 3))
+    one = scored("a", truth)
     with pytest.raises(ValueError, match=r"'a' and 'b' were scored on different ground truth \(4 and 3 sequences\)"):
-        standings([one, scored("b", [1, 2, 3])])
+        standings([one, scored("b", truth[:3])])
+    other = truth.copy()
+    other[2, 5, 1] += 1e-3
     with pytest.raises(ValueError, match=r"walking: 'a' and 'b' .* \(sequence 2 differs\)"):
-        standings([one, scored("b", [1, 2, 3.5, 4])])
-    assert len(standings([one, scored("b", [1 + 1e-6, 2, 3, 4])])) == 2
+        standings([one, scored("b", other)])
+    assert len(standings([one, scored("b", truth.astype(np.float32))])) == 2
+
+
+def test_an_older_fingerprint_is_compared_with_older_ones_alone():
+    def scored(model, numbers):
+        return result(model, np.arange(4), fingerprint=np.array(numbers))
+
+    old = scored("a", [1.0, 2.0, 3.0, 4.0])
+    assert len(standings([old, scored("b", [1.0009, 2.0, 3.0, 4.0])])) == 2
+    with pytest.raises(ValueError, match=r"'a' and 'b' were scored on different ground truth \(sequence 2 differs\)"):
+        standings([old, scored("b", [1.0, 2.0, 3.004, 4.0])])
+    new = result("new", np.arange(4), fingerprint=fingerprint(np.ones((4, 20, 3))))
+    with pytest.raises(ValueError, match=r"walking: 'a' and 'new' cannot be compared: an older npss measured one"):
+        standings([old, new])
 
 
 def test_sequences_without_power_do_not_count():
