@@ -13,6 +13,7 @@ from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval, checked_level
 from npss._fingerprint import differing
 from npss._results import EULER, Result
 from npss._sign_flip import EXACT_UP_TO, SAMPLES, sign_flips
+from npss._ties import tied
 
 #: What marks a number that is worse than the best by more than chance.
 MARK = "†"
@@ -70,7 +71,7 @@ def _column(results: list[Result], level: float, seed: int) -> list[Standing]:
         """Say whether two values differ by more than chance; by more than rounding, where chance is not known."""
         p_value = p_values.get(frozenset((one.model, other.model)))
         if p_value is None:
-            return not math.isclose(one.value, other.value, rel_tol=1e-12)
+            return not tied(one.value, other.value)
         return p_value <= 1 - level
 
     found = []
@@ -87,7 +88,7 @@ def _column(results: list[Result], level: float, seed: int) -> list[Standing]:
                 low=low,
                 high=high,
                 rank=1 + len(better),
-                best=len(ranked) > 1 and math.isclose(result.value, leader.value, rel_tol=1e-12),
+                best=len(ranked) > 1 and tied(result.value, leader.value),
                 worse=p_value is not None and leader in better,
                 p_value=p_value,
             )

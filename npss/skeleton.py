@@ -97,7 +97,9 @@ class Skeleton:
             next((side for side, begins in _SIDES.items() if begins.match(name)), "centre") for name in self.names
         )
 
-    def positions(self, rotations: npt.ArrayLike, *, root: npt.ArrayLike | None = None) -> Array:
+    def positions(
+        self, rotations: npt.ArrayLike, *, root: npt.ArrayLike | None = None, offsets: npt.ArrayLike | None = None
+    ) -> Array:
         """Compute where the joints are: forward kinematics.
 
         Column vectors, from the root on::
@@ -111,6 +113,9 @@ class Skeleton:
             The rotation of every joint in the frame of its parent, as matrices that rotate column vectors.
         root : (..., 3) array_like, optional
             Where the root is, with the leading axes of `rotations`; by default, at its offset.
+        offsets : (..., J, 3) array_like, optional
+            Where each joint is in the frame of its parent, with the leading axes of `rotations`, if that changes, as it
+            does where files hold positions of all joints; by default, the skeleton's.
 
         Returns
         -------
@@ -126,20 +131,16 @@ class Skeleton:
         """
         turns = rotation_array("rotations", rotations, (len(self.names), 3, 3))
         convert("rotations", turns, MATRIX, QUATERNION)  # refuses what is not finite and what is no rotation
-        place: Array = self.offsets[self.parents.index(-1)]
-        if root is not None:
-            place = real_array("root", root)
-            if place.shape != (*turns.shape[:-3], 3):
-                raise ValueError(f"root: expected shape {(*turns.shape[:-3], 3)}, got {place.shape}")
-            check_finite("root", place)
-        return self._compose(turns, place)
+        bones = self.offsets if offsets is None else _like("offsets", offsets, turns.shape[:-1])
+        place = bones[..., self.parents.index(-1), :] if root is None else _like("root", root, (*turns.shape[:-3], 3))
+        return self._compose(turns, place, bones)
 
-    def _compose(self, rotations: Array, root: Array) -> Array:
+    def _compose(self, rotations: Array, root: Array, offsets: Array) -> Array:
         """Do what `positions` says with arguments that are as it says."""
         dtype = result_dtype(rotations)
         turned = np.empty(rotations.shape, dtype)
         positions = np.empty(rotations.shape[:-1], dtype)
-        offsets = self.offsets.astype(dtype)
+        bones = offsets.astype(dtype, copy=False)[..., np.newaxis]
         for j in self._order:
             parent = self.parents[j]
             if parent < 0:
@@ -147,8 +148,17 @@ class Skeleton:
                 positions[..., j, :] = root
             else:
                 np.matmul(turned[..., parent, :, :], rotations[..., j, :, :], out=turned[..., j, :, :])
-                positions[..., j, :] = positions[..., parent, :] + turned[..., parent, :, :] @ offsets[j]
+                bone = turned[..., parent, :, :] @ bones[..., j, :, :]
+                positions[..., j, :] = positions[..., parent, :] + bone[..., 0]
         return positions
+
+
+def _like(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
+    array = real_array(name, values)
+    if array.shape != shape:
+        raise ValueError(f"{name}: expected shape {shape}, got {array.shape}")
+    check_finite(name, array)
+    return array
 
 
 def _order(parents: Sequence[int], names: Sequence[str]) -> tuple[int, ...]:
@@ -272,4 +282,4 @@ def poses_to_positions(poses: npt.ArrayLike, *, root: str = "fixed") -> Array:
             facing = rotations[..., t - 1, 0, :, :]
             place[..., t, :] = place[..., t - 1, :] + (facing @ array[..., t, :3, np.newaxis])[..., 0]
             rotations[..., t, 0, :, :] = facing @ turns[..., t, :, :]
-    return H36M._compose(rotations, place)
+    return H36M._compose(rotations, place, H36M.offsets)

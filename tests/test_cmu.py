@@ -94,6 +94,11 @@ class TestClips:
             expected = file.positions()[LEAD_IN:, file.skeleton.names.index(its)]
             assert np.array_equal(at(clip.positions, name), expected)
 
+    def test_byte_order_marks(self, copy):
+        for file in (copy / "clips.csv", copy / "02/02_01.bvh"):
+            file.write_bytes(b"\xef\xbb\xbf" + file.read_bytes())
+        assert next(cmu_clips(copy)).name == "02_01"
+
     def test_subjects(self, root):
         assert [clip.name for clip in cmu_clips(root, subjects=["13", "02"])] == ["02_01", "02_02", "13_30"]
         assert list(cmu_clips(root, subjects=[])) == []
@@ -145,7 +150,7 @@ class TestErrors:
 
     def test_listing_is_no_text(self, copy):
         (copy / "clips.csv").write_bytes(CSV.encode() + b"\xff")
-        with pytest.raises(ValueError, match=r"clips.csv: 'utf-8' codec can't decode"):
+        with pytest.raises(ValueError, match=r"clips.csv: line 6 is not UTF-8 text"):
             cmu_clips(copy)
 
     def test_missing_files(self, copy):

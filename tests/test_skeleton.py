@@ -113,18 +113,20 @@ def trees(draw):
     return parents
 
 
+@pytest.mark.parametrize("bones_change", [False, True])
 @given(trees(), st.integers(0, 2**32 - 1))
-def test_any_tree_against_a_walk_up_to_the_root(parents, seed):
+def test_any_tree_against_a_walk_up_to_the_root(bones_change, parents, seed):
     skeleton = arms(parents, seed)
     rng = np.random.default_rng(seed)
     rotations = Rotation.random(4 * len(parents), random_state=rng).as_matrix().reshape(4, len(parents), 3, 3)
     root = rng.normal(size=(4, 3))
-    got = skeleton.positions(rotations, root=root)
+    offsets = rng.normal(size=(4, len(parents), 3)) if bones_change else np.tile(skeleton.offsets, (4, 1, 1))
+    got = skeleton.positions(rotations, root=root, offsets=offsets if bones_change else None)
     for t in range(4):
         for joint in range(len(parents)):
             point, j = np.zeros(3), joint
             while parents[j] >= 0:
-                point, j = rotations[t, parents[j]] @ (skeleton.offsets[j] + point), parents[j]
+                point, j = rotations[t, parents[j]] @ (offsets[t, j] + point), parents[j]
             # From the joint upwards each frame turns what hangs on it: the other way round than the library.
             np.testing.assert_allclose(got[t, joint], root[t] + point, atol=1e-12)
 
@@ -136,6 +138,25 @@ def test_the_root_is_at_its_offset_unless_told():
     root = np.zeros((5, 3))
     np.testing.assert_array_equal(skeleton.positions(straight, root=root)[3], [[0, 0, 0], [4, 0, 0]])
     assert skeleton.positions(straight.astype(np.float32), root=root).dtype == np.float32
+
+
+def test_bones_that_change():
+    """Offsets of every frame are taken in place of the skeleton's, that of the root among them."""
+    skeleton = Skeleton(["a", "b"], [-1, 0], [[1, 2, 3], [4, 0, 0]])
+    straight = np.tile(np.eye(3), (2, 2, 1, 1))
+    offsets = [[[0, 0, 0], [4, 0, 0]], [[1, 0, 0], [5, 0, 1]]]
+    np.testing.assert_array_equal(skeleton.positions(straight, offsets=offsets)[1], [[1, 0, 0], [6, 0, 1]])
+    got = skeleton.positions(straight, offsets=offsets, root=np.full((2, 3), 7))
+    np.testing.assert_array_equal(got[1], [[7, 7, 7], [12, 7, 8]])
+    np.testing.assert_array_equal(skeleton.positions(straight[0], offsets=offsets[1]), [[1, 0, 0], [6, 0, 1]])
+    assert skeleton.positions(straight.astype(np.float32), offsets=offsets).dtype == np.float32
+    for shape in [(2, 3), (1, 2, 3), (2, 2, 2)]:
+        with pytest.raises(ValueError, match=r"^offsets: expected shape \(2, 2, 3\), got"):
+            skeleton.positions(straight, offsets=np.zeros(shape))
+    with pytest.raises(ValueError, match=r"^offsets: nan at index \(1, 1, 2\)"):
+        skeleton.positions(straight, offsets=[offsets[0], [[1, 0, 0], [5, 0, np.nan]]])
+    with pytest.raises(TypeError, match=r"^offsets: expected real numbers"):
+        skeleton.positions(straight, offsets=[[["0"] * 3] * 2] * 2)
 
 
 def test_poses_are_positions_of_the_transposed_rotations():

@@ -1,22 +1,22 @@
-"""BVH files: a skeleton, the rotations of its joints and the path of its root.
+"""BVH files: a skeleton, and the rotations and places of its joints.
 
-The library pybvh reads them. It takes some broken files for whole ones: where a brace is missing, joints get another
-parent. So the hierarchy is first compared with the grammar of the format, which also tells the line that is broken.
+The format has no standard. What is read here is what programs write: every line below, in this order, and nothing
+else, so that a damaged file is refused at its line rather than read as another skeleton.
 """
 
 from __future__ import annotations
 
-import math
 import os
 import re
 import warnings
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from npss._checks import Float64
+from npss._text import read_text
 from npss.rotations import euler_to_matrix
 from npss.skeleton import Skeleton
 
@@ -24,27 +24,29 @@ from npss.skeleton import Skeleton
 MAX_JOINTS = 1000
 #: A number beyond it is refused, be it a length or degrees: rotations lose their digits, and no body has been as far.
 MAX_VALUE = 1e6
-_MAX_LINE = 4096  # characters of a line before the numbers
+#: What the channels of a joint may be.
+CHANNELS = ("Xposition", "Yposition", "Zposition", "Xrotation", "Yrotation", "Zrotation")
 
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_ROTATIONS = r"(?!.*([XYZ])rotation.*\1rotation)(?: [XYZ]rotation){3}"
-# The lines of a hierarchy, their white space being single blanks, and how errors describe them.
-_LINES = {
-    "hierarchy": ("HIERARCHY", "HIERARCHY"),
-    "root": ("ROOT NAME", r"ROOT (?P<name>\S+)"),
-    "joint": ("JOINT NAME", r"JOINT (?P<name>\S+)"),
-    "end": ("End Site", "End Site"),
-    "open": ("{", r"\{"),
-    "close": ("}", r"\}"),
-    "offset": ("OFFSET and 3 numbers", f"OFFSET(?: {_NUMBER}){{3}}"),
-    "root channels": (
-        "CHANNELS 6 Xposition Yposition Zposition and 3 rotations about different axes",
-        f"CHANNELS 6 Xposition Yposition Zposition{_ROTATIONS}",
-    ),
-    "channels": ("CHANNELS 3 and 3 rotations about different axes", f"CHANNELS 3{_ROTATIONS}"),
-    "motion": ("MOTION", "MOTION"),
-    "frames": ("Frames: NUMBER", r"Frames: (?P<frames>\d+)"),
-    "time": ("Frame Time: SECONDS", f"Frame Time: (?P<seconds>{_NUMBER})"),
+_NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
+_FLAGS = re.ASCII | re.IGNORECASE
+_COMMENT = re.compile(r"(?:#|//).*")
+_NAMED = re.compile(r"(?:ROOT|JOINT) [^{]*", _FLAGS)
+# The statements of a hierarchy, their white space being single blanks, and how errors describe them.
+_STATEMENTS = {
+    kind: (text, re.compile(pattern, _FLAGS))
+    for kind, text, pattern in (
+        ("hierarchy", "HIERARCHY", "HIERARCHY"),
+        ("root", "ROOT NAME", r"ROOT (?P<name>.{1,200})"),
+        ("joint", "JOINT NAME", r"JOINT (?P<name>.{1,200})"),
+        ("end", "End Site", r"End Site(?: .*)?"),
+        ("open", "{", r"\{"),
+        ("close", "}", r"\}"),
+        ("offset", "OFFSET and 3 numbers", rf"OFFSET(?: {_NUMBER}){{3}}"),
+        ("channels", "CHANNELS, how many, and which", r"CHANNELS (?P<count>\d{1,3})(?P<channels>(?: \S+)*)"),
+        ("motion", "MOTION", "MOTION"),
+        ("frames", "Frames: NUMBER", r"Frames ?: ?(?P<frames>\d{1,18})"),
+        ("time", "Frame Time: SECONDS", rf"Frame Time ?: ?(?P<seconds>{_NUMBER})"),
+    )
 }
 _INSIDE = ("joint", "end", "close")  # a joint, after its channels
 _NEXT = {
@@ -53,12 +55,10 @@ _NEXT = {
     "joint": ("open",),
     "end": ("open",),
     "open": ("offset",),
-    "root channels": _INSIDE,
     "channels": _INSIDE,
     "motion": ("frames",),
     "frames": ("time",),
 }
-_AFTER_OFFSET = {"root": ("root channels",), "joint": ("channels",), "end": ("close",)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,22 +69,32 @@ class Bvh:
     ----------
     skeleton : Skeleton
         The J joints, end sites included: that of the joint ``foot`` is ``footEnd``. In the unit of the file.
+    channels : tuple of (tuple of str or None)
+        Of every joint those of `CHANNELS` that it has, in the order of the file: the order of its rotations is that in
+        which they are multiplied, from the left. None of an end site.
     rotations : (T, J, 3, 3) ndarray of float64
-        The rotation of every joint in the frame of its parent; of an end site, the identity.
-    root : (T, 3) ndarray of float64
-        Where the root is, as its channels say: its offset is not added.
+        The rotation of every joint in the frame of its parent; without channels for it, the identity.
+    translations : (T, J, 3) ndarray of float64
+        Where every joint is in the frame of its parent, and the root in the world: its offset, each coordinate of which
+        is replaced by the position channel that it may have.
     fps : float
         Frames per second.
     """
 
     skeleton: Skeleton
+    channels: tuple[tuple[str, ...] | None, ...]
     rotations: Float64
-    root: Float64
+    translations: Float64
     fps: float
+
+    @property
+    def root(self) -> Float64:
+        """Where the root is, ``(T, 3)``."""
+        return self.translations[:, self.skeleton.parents.index(-1)]
 
     def positions(self) -> Float64:
         """Compute where the joints are, ``(T, J, 3)``, in the unit of the file."""
-        positions: Float64 = self.skeleton.positions(self.rotations, root=self.root)
+        positions: Float64 = self.skeleton.positions(self.rotations, offsets=self.translations)
         return positions
 
 
@@ -94,150 +104,229 @@ def read(path: str | os.PathLike[str]) -> Bvh:
     Parameters
     ----------
     path : path
-        A file whose name ends in ``.bvh``.
+        A file, UTF-8.
 
     Returns
     -------
     Bvh
         Its motion. A frame time within 0.01 % of 1/N seconds is read as 1/N: 0.00833333 is 120 frames per second.
 
+    Warns
+    -----
+    UserWarning
+        If there is one frame more or fewer than the file says, as some programs count: all that are there are read.
+
     Raises
     ------
-    ImportError
-        If pybvh is not installed.
     OSError
-        If there is no such file.
+        If the file cannot be read.
     ValueError
-        If the file is broken, or is none that is read here: every joint has three rotations, about three different
-        axes in any order, and the root alone has positions, X, Y and Z, before them. Names the file and, where it can
-        be known, the line.
+        If it is broken, or has what is not read: several roots, joints of one name, a channel twice in a joint. Names
+        the file and, where it can be known, the line and the joint.
+
+    Notes
+    -----
+    A joint has up to six channels, in any order; a joint's position replaces its offset, as in the files of Blender,
+    Mixamo and motion capture studios, and is not added to it. Keywords may be in any case, and braces on the line of a
+    joint. From ``#`` or ``//`` on a line is a comment, but for that of a joint, whose name is all that follows the
+    keyword: ``JOINT left arm #1 {``. What follows ``End Site`` is one, too.
     """
-    try:
-        import pybvh
-    except ImportError:
-        raise ImportError("reading BVH files needs pybvh: pip install 'npss[manifold]'") from None
     file = Path(path)
+    text = read_text(file)
     try:
-        header = _read_header(file)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of a file without frames, for which there is an error
-            try:
-                content = pybvh.read_bvh_file(file, world_up="+y")
-            except ValueError:
-                _check_numbers(file, header)  # its error names a line
-                raise
-        values = content.root_pos, np.degrees(content.joint_angles)
-        if header.comments or not all((np.abs(array) <= MAX_VALUE).all() for array in values):  # NaN included
-            _check_numbers(file, header)
-        return _convert(content)
+        return _parse(text.split("\n"), file)
     except ValueError as error:
         raise ValueError(f"{file}: {error}") from error
 
 
+def _parse(lines: Sequence[str], file: Path) -> Bvh:
+    header = _read_header(lines)
+    rows = _read_rows(lines, header)
+    if not len(rows) or abs(len(rows) - header.n_frames) > 1:
+        raise ValueError(f"{len(rows)} frames, where it says {header.n_frames}")
+    if len(rows) != header.n_frames:
+        warnings.warn(f"{file}: {len(rows)} frames, where it says {header.n_frames}", stacklevel=3)
+    return _convert(header, rows)
+
+
+@dataclass
+class _Joint:
+    name: str  # empty for an end site
+    parent: int
+    offset: list[float]
+    channels: tuple[str, ...] | None = None
+
+
 @dataclass(frozen=True)
 class _Header:
-    lines: int  # of the file, up to the first frame
-    channels: int
-    frames: str
-    comments: bool  # whether there is a "#" after it: the library would take what follows for a comment
+    n_lines: int  # up to the first frame
+    joints: list[_Joint]
+    n_frames: int  # as it says
+    fps: float
+
+    @property
+    def n_channels(self) -> int:
+        return sum(len(joint.channels or ()) for joint in self.joints)
 
 
-def _read_header(path: Path) -> _Header:
-    """Compare what comes before the numbers with the grammar of the format; raise at the first line that differs."""
+def _read_header(lines: Sequence[str]) -> _Header:
+    """Compare what comes before the frames with the grammar of the format; raise at the first line that differs."""
+    joints: list[_Joint] = []
     names: set[str] = set()
-    n_joints = depth = channels = number = 0
-    frames = block = ""
+    inside: list[int] = []  # the joints whose braces are open
+    n_frames = number = 0
     expected: tuple[str, ...] = ("hierarchy",)
-    with path.open(encoding="utf-8") as file:
-        for number, line in enumerate(iter(lambda: file.readline(_MAX_LINE), ""), 1):
-            words = " ".join(line.split())
-            if len(line) == _MAX_LINE:
-                raise ValueError(f"line {number}: expected {_describe(expected)}, got {_MAX_LINE} characters or more")
-            if not words:
-                continue
-            kind, match = _match(number, words, expected)
-            if kind in ("root", "joint", "end"):
-                block, n_joints = kind, n_joints + 1
-                if n_joints > MAX_JOINTS:
-                    raise ValueError(f"line {number}: more than {MAX_JOINTS} joints and end sites")
-            if kind in ("root", "joint"):
-                if match["name"] in names:
-                    raise ValueError(f"line {number}: the name {match['name']!r} is there twice")
-                names.add(match["name"])
-            elif kind == "offset":
-                for word in words.split()[1:]:
-                    _number(number, word)
-            elif kind == "frames":
-                frames = match["frames"]
-            elif kind == "time":
-                seconds = float(match["seconds"])
-                if not (seconds > 0 and 0 < 1 / seconds < math.inf):
-                    raise ValueError(f"line {number}: a frame time of {match['seconds']} s")
-                return _Header(
-                    number, channels, frames, any("#" in part for part in iter(lambda: file.read(2**20), ""))
-                )
-            depth += (kind == "open") - (kind == "close")
-            channels += {"root channels": 6, "channels": 3}.get(kind, 0)
-            if kind == "offset":
-                expected = _AFTER_OFFSET[block]
-            elif kind == "close":
-                expected = _INSIDE if depth else ("motion",)
-            else:
-                expected = _NEXT[kind]
-    raise ValueError(f"ends with line {number}: expected {_describe(expected)}")
+    statements = _statements(lines)
+    for number, words in statements:
+        kind, match = _match(number, words, expected)
+        expected = _NEXT.get(kind, ())
+        if kind in ("root", "joint", "end"):
+            name = "" if kind == "end" else match["name"]
+            if name in names:
+                raise ValueError(f"line {number}: the name {name!r} is there twice")
+            names |= {name} - {""}
+            if len(joints) == MAX_JOINTS:
+                raise ValueError(f"line {number}: more than {MAX_JOINTS} joints and end sites")
+            joints.append(_Joint(name, inside[-1] if inside else -1, []))
+        elif kind == "open":
+            inside.append(len(joints) - 1)
+        elif kind == "offset":
+            joints[-1].offset = [_number(number, word) for word in words.split()[1:]]
+            expected = ("channels",) if joints[-1].name else ("close",)
+        elif kind == "channels":
+            joints[-1].channels = _channels(number, joints[-1].name, match["count"], match["channels"].split())
+        elif kind == "close":
+            inside.pop()
+            expected = _INSIDE if inside else ("motion",)
+        elif kind == "frames":
+            n_frames = int(match["frames"])
+        elif kind == "time":
+            of, following = next(statements, (0, ""))
+            if of == number:
+                raise ValueError(f"line {number}: expected nothing after the frame time, got {following[:60]!r}")
+            return _Header(number, joints, n_frames, _frames_per_second(number, match["seconds"]))
+    raise ValueError(f"ends with line {len(lines) - (lines[-1] == '')}: expected {_describe(expected)}")
 
 
-def _match(number: int, words: str, expected: tuple[str, ...]) -> tuple[str, re.Match[str]]:
-    """Return which of the lines that are expected this one is."""
+def _statements(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
+    """Yield the statements of a hierarchy with the numbers of their lines: braces are statements of their own."""
+    for number, line in enumerate(lines, 1):
+        words = " ".join(line.split())
+        named = _NAMED.match(words)
+        name = named[0] if named else ""
+        words = name + _COMMENT.sub("", words[len(name) :])
+        yield from ((number, part) for part in map(str.strip, re.split(r"([{}])", words)) if part)
+
+
+def _match(number: int, words: str, expected: Sequence[str]) -> tuple[str, re.Match[str]]:
+    """Return which of the statements that are expected this one is."""
     for kind in expected:
-        if match := re.fullmatch(_LINES[kind][1], words, re.ASCII):
+        if match := _STATEMENTS[kind][1].fullmatch(words):
             return kind, match
     raise ValueError(f"line {number}: expected {_describe(expected)}, got {words[:60]!r}")
 
 
-def _describe(kinds: tuple[str, ...]) -> str:
-    return " or ".join(_LINES[kind][0] for kind in kinds)
+def _describe(kinds: Sequence[str]) -> str:
+    return " or ".join(_STATEMENTS[kind][0] for kind in kinds)
 
 
-def _number(number: int, word: str) -> None:
-    """Raise unless a word in a line is a number that makes sense."""
+def _channels(number: int, joint: str, count: str, words: Sequence[str]) -> tuple[str, ...]:
+    """Read the channels of a joint."""
+    where = f"line {number}, joint {joint!r}"
+    if len(words) != int(count):
+        raise ValueError(f"{where}: CHANNELS {count}, but {len(words)} follow")
+    channels = tuple(word.capitalize() for word in words)
+    for i, channel in enumerate(channels):
+        if channel not in CHANNELS:
+            raise ValueError(f"{where}: no channel is called {words[i][:60]!r}; expected {', '.join(CHANNELS)}")
+        if channel in channels[:i]:
+            raise ValueError(f"{where}: {channel} is there twice")
+    return channels
+
+
+def _frames_per_second(number: int, seconds: str) -> float:
+    frame_time = float(seconds)
+    if not 1 / MAX_VALUE <= frame_time <= MAX_VALUE:
+        raise ValueError(f"line {number}: a frame time of {seconds} s")
+    rate = 1 / frame_time
+    nearest = max(1, round(rate))
+    return float(nearest) if abs(nearest * frame_time - 1) < 1e-4 else rate
+
+
+def _number(number: int, word: str) -> float:
+    """Read a number that makes sense."""
     try:
         value = float(word)
     except ValueError:
         raise ValueError(f"line {number}: {word[:60]!r} is not a number") from None
     if not abs(value) <= MAX_VALUE:  # NaN included
         raise ValueError(f"line {number}: {word[:60]!r} is not within +-{MAX_VALUE:g}")
+    return value
 
 
-def _check_numbers(path: Path, header: _Header) -> None:
-    """Raise at the first frame that is none, or if there are more or fewer than the file says."""
-    rows = 0
-    with path.open(encoding="utf-8") as file:
-        for number, line in enumerate(file, 1):
-            words = line.split()
-            if number <= header.lines or not words:
-                continue
-            rows += 1
-            for word in words:
-                _number(number, word)
-            if len(words) != header.channels:
-                raise ValueError(f"line {number}: {len(words)} values for {header.channels} channels")
-    if rows != int(header.frames):
-        raise ValueError(f"{rows} frames, where it says {header.frames}")
+def _read_rows(lines: Sequence[str], header: _Header) -> Float64:
+    """Read the values of the channels, a frame a row."""
+    rows = lines[header.n_lines :]
+    if any("#" in line or "//" in line for line in rows):
+        rows = [_COMMENT.sub("", line) for line in rows]
+    if not any(map(str.strip, rows)):
+        return np.empty((0, header.n_channels))
+    try:
+        values: Float64 = np.loadtxt(rows, ndmin=2, comments=None)
+    except ValueError:
+        _check_rows(rows, header)  # its error names a line
+        raise
+    if values.shape[1] != header.n_channels or not (np.abs(values) <= MAX_VALUE).all():  # NaN included
+        _check_rows(rows, header)
+    return values
 
 
-def _convert(content: Any) -> Bvh:
-    """Convert what the library has read."""
-    nodes = content.nodes
-    joints = [j for j, node in enumerate(nodes) if not node.is_end_site()]
-    skeleton = Skeleton(
-        [f"{node.parent.name}End" if node.is_end_site() else node.name for node in nodes],
-        [-1 if node.parent is None else nodes.index(node.parent) for node in nodes],
-        [node.offset for node in nodes],
-    )
-    rotations = np.tile(np.eye(3), (content.frame_count, len(nodes), 1, 1))
-    orders = content.euler_orders
-    for order in sorted(set(orders)):
-        of = [i for i, its in enumerate(orders) if its == order]
-        rotations[:, [joints[i] for i in of]] = euler_to_matrix(content.joint_angles[:, of], seq=order)
-    return Bvh(skeleton, rotations, content.root_pos, 1 / content.frame_time)
+def _check_rows(rows: Sequence[str], header: _Header) -> None:
+    """Raise at the first frame that is none."""
+    for number, line in enumerate(rows, header.n_lines + 1):
+        words = line.split()
+        for word in words:
+            _number(number, word)
+        if words and len(words) != header.n_channels:
+            raise ValueError(f"line {number}: {len(words)} values for {header.n_channels} channels")
+
+
+def _convert(header: _Header, rows: Float64) -> Bvh:
+    """Turn the values of channels into rotations and translations."""
+    joints = header.joints
+    skeleton = Skeleton(_names(joints), [joint.parent for joint in joints], [joint.offset for joint in joints])
+    translations = np.tile(skeleton.offsets, (len(rows), 1, 1))
+    rotations = np.tile(np.eye(3), (len(rows), len(joints), 1, 1))
+    values = np.column_stack([rows, np.zeros(len(rows))])  # the last one is of the rotations that a joint has not
+    by_order: dict[str, list[tuple[int, list[int]]]] = {}
+    column = 0
+    for j, joint in enumerate(joints):
+        order, columns = "", []
+        for channel in joint.channels or ():
+            if channel.endswith("position"):
+                translations[:, j, "XYZ".index(channel[0])] = rows[:, column]
+            else:
+                order += channel[0]
+                columns.append(column)
+            column += 1
+        if order:
+            order += "".join(axis for axis in "XYZ" if axis not in order)
+            by_order.setdefault(order, []).append((j, [*columns, -1, -1][:3]))
+    for order, found in by_order.items():
+        angles = np.radians(values[:, [columns for _, columns in found]])
+        rotations[:, [j for j, _ in found]] = euler_to_matrix(angles, seq=order)
+    return Bvh(skeleton, tuple(joint.channels for joint in joints), rotations, translations, header.fps)
+
+
+def _names(joints: Sequence[_Joint]) -> list[str]:
+    """Return the names of joints; end sites, which have none, get one that is not taken."""
+    names = [joint.name for joint in joints]
+    for j, joint in enumerate(joints):
+        if not joint.name:
+            base = f"{names[joint.parent]}End"
+            names[j] = base
+            copies = 1
+            while names.count(names[j]) > 1:
+                copies += 1
+                names[j] = f"{base}{copies}"
+    return names

@@ -6,12 +6,14 @@ import csv
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
 from baselines.data import bvh
 from baselines.data.motion import NAMES, Clip
 from npss._checks import each
+from npss._text import read_text
 
 _LEFT = {
     "UpLeg": "Thigh",
@@ -79,8 +81,6 @@ def cmu_clips(
         If ``clips.csv`` is broken; if there is a file that it does not list, or no clip of a subject; and while
         reading, if a file is broken or of another skeleton, or has no frames beyond the first. Names the file and,
         where it can be known, the line.
-    ImportError
-        While reading, if pybvh is not installed.
 
     Notes
     -----
@@ -124,7 +124,7 @@ def styles_clips(
     ------
     FileNotFoundError
         If there is no such file.
-    ValueError, ImportError
+    ValueError
         While reading, as `cmu_clips`.
     """
     folder = Path(root)
@@ -142,21 +142,20 @@ def _listed(folder: Path) -> list[_File]:
     """Read clips.csv."""
     listing = folder / "clips.csv"
     files: dict[str, _File] = {}
+    rows = csv.reader(StringIO(read_text(listing)), strict=True)
     try:
-        with listing.open(encoding="utf-8", newline="") as file:
-            rows = csv.reader(file, strict=True)
-            if (header := next(rows, None)) != ["clip", "description"]:
-                raise ValueError(f"line 1: expected clip,description, got {header!r}")
-            for row in rows:
-                where = f"line {rows.line_num}"
-                if len(row) != 2 or not row[1].strip():
-                    raise ValueError(f"{where}: expected a clip and its description, got {row!r}")
-                if not (match := re.fullmatch(r"(\d{2,3})_\d{2}", row[0], re.ASCII)):
-                    raise ValueError(f"{where}: expected a clip such as 02_01, got {row[0]!r}")
-                if row[0] in files:
-                    raise ValueError(f"{where}: {row[0]} is there twice")
-                path = folder / match[1] / f"{row[0]}.bvh"
-                files[row[0]] = _File(path, row[0], match[1], row[1])
+        if (header := next(rows, None)) != ["clip", "description"]:
+            raise ValueError(f"line 1: expected clip,description, got {header!r}")
+        for row in rows:
+            where = f"line {rows.line_num}"
+            if len(row) != 2 or not row[1].strip():
+                raise ValueError(f"{where}: expected a clip and its description, got {row!r}")
+            if not (match := re.fullmatch(r"(\d{2,3})_\d{2}", row[0], re.ASCII)):
+                raise ValueError(f"{where}: expected a clip such as 02_01, got {row[0]!r}")
+            if row[0] in files:
+                raise ValueError(f"{where}: {row[0]} is there twice")
+            path = folder / match[1] / f"{row[0]}.bvh"
+            files[row[0]] = _File(path, row[0], match[1], row[1])
     except (ValueError, csv.Error) as error:
         raise ValueError(f"{listing}: {error}") from error
     if not files:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from npss._checks import each, is_real
+from npss._ties import tied
 from npss.protocol import SLICES_MS
 from npss.study._design import Question
 
@@ -82,7 +83,8 @@ def rank(scores: Mapping[str, float]) -> dict[str, int]:
     -------
     dict of str to int
         Ranks from 1 on, the best model first. Equal scores share a rank, and the ranks after it are left out: 1, 2, 2,
-        4 ("competition ranking").
+        4 ("competition ranking"). Scores that differ by at most 1e-9 of the larger, or by 1e-12, are equal: that much
+        is rounding.
 
     Raises
     ------
@@ -101,7 +103,10 @@ def rank(scores: Mapping[str, float]) -> dict[str, int]:
         if not math.isfinite(score):
             raise ValueError(f"scores: expected a finite number for {model!r}, got {score!r}")
     ordered = sorted(scores, key=lambda model: scores[model])
-    return {model: 1 + sum(other < scores[model] for other in scores.values()) for model in ordered}
+    return {
+        model: 1 + sum(other < scores[model] and not tied(other, scores[model]) for other in scores.values())
+        for model in ordered
+    }
 
 
 def predict(question: Question, ranking: Mapping[str, int]) -> str:

@@ -22,7 +22,7 @@ MEANINGS = {
     "majorities": "the more votes of A and B; votes for a tie count for neither; equal numbers are a tie",
     "fleiss_kappa": "Fleiss 1971 with the categories A, B and tie; 1: participants agree in full, 0: by chance",
     "score": "lower is better; that of euler_error is the sum at 80, 160, 320, 400, 560 and 1000 ms",
-    "rank": "equal scores share a rank, and the ranks after it are left out",
+    "rank": "scores that are equal but for rounding (1e-9 of them) share a rank, and the ranks after it are left out",
     "rate": f"agreed of the questions without a tie, with Wilson's interval of level {LEVEL:g}",
     "binomial_test": "takes the metrics' answers as independent samples, as the NPSS paper does; they are not",
     "mcnemar_test": "the test for two metrics that answer the same questions",
