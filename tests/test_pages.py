@@ -240,12 +240,18 @@ def test_bad_rate():
         ([], "questions: expected at least one"),
         (
             [study.Question(1, 0, "model one", "model 2")],
-            r"questions\[0\]: no predictions of 'model 2'; there are those",
+            r"questions: question 1: no predictions of 'model 2'; there are those",
         ),
-        ([study.Question(1, 0, "model one", "model one")], r"questions\[0\]: it compares 'model one' with itself"),
-        ([*questions(), study.Question(4, 2, "model one", "model two")], r"questions\[3\]: no sequence 2; there are 2"),
-        ([study.Question(1, -1, "model one", "model two")], r"questions\[0\]: no sequence -1"),
-        ([study.Question(1, 0.0, "model one", "model two")], r"questions\[0\]: no sequence 0.0"),
+        (
+            [study.Question(1, 0, "model one", "model one")],
+            r"questions: question 1: it compares 'model one' with itself",
+        ),
+        (
+            [*questions(), study.Question(4, 2, "model one", "model two")],
+            r"questions: question 4: no sequence 2; there are 2",
+        ),
+        ([study.Question(1, -1, "model one", "model two")], r"questions: question 1: no sequence -1"),
+        ([study.Question(1, 0.0, "model one", "model two")], r"questions: question 1: no sequence 0.0"),
     ],
 )
 def test_bad_questions(asked, message):

@@ -1,6 +1,5 @@
 """``npss study``, called as a user calls it; and the programs of docs/study, run as they are printed."""
 
-import argparse
 import json
 import re
 import subprocess
@@ -11,8 +10,7 @@ import numpy as np
 import pytest
 
 from npss import published, study
-from npss._cli import run as run_command
-from npss._cli import study as command
+from npss._cli import main
 from npss.protocol import SLICES_MS
 
 PAGE = Path(__file__).parents[1] / "docs" / "study.md"
@@ -25,10 +23,8 @@ def call(capsys):
     """Return a function that runs the command and returns its exit status, standard output and standard error."""
 
     def call(*arguments):
-        parser = argparse.ArgumentParser(prog="npss")
-        command.add_parser(parser.add_subparsers(required=True))
         try:
-            status = run_command(parser, ["study", *map(str, arguments)])
+            status = main(["study", *map(str, arguments)])
         except SystemExit as end:
             status = end.code
         captured = capsys.readouterr()
@@ -116,7 +112,10 @@ class TestVotesAlone:
         fewer = tmp_path / "fewer.csv"
         fewer.write_text("\n".join(small.read_text().splitlines()[:-1]) + "\n")
         _, out, _ = call(fewer)
-        assert "fleiss_kappa of gait is not defined: question 0 was answered by 3 participants, question 3 by 2" in out
+        assert (
+            "fleiss_kappa of gait is not defined: question 1 of gait was answered by 3 participants, "
+            "question 4 of gait by 2: kappa needs as many for each\n"
+        ) in out
         _, out, _ = call(fewer, "--format", "json")
         assert json.loads(out)["overall"]["fleiss_kappa"] is None
 
@@ -291,11 +290,96 @@ class TestErrors:
 
     def test_of_options(self, call, small, tmp_path):
         assert "--convention and --alternative are about scores" in call(small, "--alternative", "less")[2]
-        assert "--output is an option of the other form" in call(small, "-o", "x.html")[2]
-        assert "--seed is an option of the other form" in call(small, "--seed", "0")[2]
-        assert "--published is an option of the other form" in call("page", tmp_path, "--published")[2]
-        assert "-o FILE says where to write the page" in call("page", tmp_path)[2]
-        assert call(small, "--published", "--scores", "x.json")[0] == 2
+        assert "unrecognized arguments: -o x.html" in call(small, "-o", "x.html")[2]
+        assert "unrecognized arguments: --published" in call("page", tmp_path, "-o", "x.html", "--published")[2]
+        assert "the following arguments are required: -o/--output" in call("page", tmp_path)[2]
+        assert "the following arguments are required: FORM" in call()[2]
+        assert "not allowed with argument --published" in call(small, "--published", "--scores", "x.json")[2]
+
+
+class TestForms:
+    def test_files_alone_are_evaluated(self, call, small, monkeypatch):
+        expected = call("evaluate", small, "--format", "json")
+        assert expected[0] == 0
+        assert call(small, "--format", "json") == call("--format", "json", small) == expected
+        monkeypatch.chdir(small.parent)
+        for name in ("page", "plan", "evaluate"):
+            assert call("evaluate", small.rename(name)) == call(f"./{name}") == call("evaluate", name)
+            Path(name).rename(small)
+
+    def test_a_folder(self, call, small, tmp_path):
+        expected = call(small)
+        folder = tmp_path / "votes"
+        folder.mkdir()
+        small.rename(folder / "small.csv")
+        assert call(folder) == expected
+
+    @pytest.mark.parametrize("ask", ["-h", "--help"])
+    def test_help(self, call, ask):
+        status, out, _ = call(ask)
+        assert status == 0
+        assert all(f"npss study {form}" in out for form in ("plan", "page", "evaluate", "VOTES"))
+
+    def test_names_of_several_lines_stay_in_theirs(self, call, tmp_path):
+        votes = tmp_path / "votes.csv"
+        votes.write_text(f'{HEADER}\n"slow\ngait",1,1,M1,"M2\nbig",p1,A\n"slow\ngait",1,1,M1,"M2\nbig",p2,B\n')
+        scores = [
+            {"model": model, "action": "slow\ngait", "npss": {"paper": 1.0}} for model in ("M1", "M2\nbig", "other")
+        ]
+        _, out, err = call(votes, "--scores", write(tmp_path / "records.json", scores))
+        assert err == ""
+        rows = [line.split() for line in out.splitlines()]
+        assert ["M1", "M2", "big", "1", "1", "1", "0", "0", "0", "1"] in rows
+        assert ["slow", "gait", "M2", "big", "1.000", "1"] in rows
+        assert ["slow", "gait", "1", "2", "2", "0", "0", "1", "-1.000"] in rows
+        assert not any(line.startswith(("big", "gait")) for line in out.splitlines())
+
+
+class TestPlan:
+    def test_text(self, call):
+        assert call("plan", 0.8, 0.65) == (
+            0,
+            "122 questions tell 0.8 from 0.65 with a power of 0.802\n"
+            "    two-proportion z test, pooled variance, Yates' correction, greater, level 0.05\n",
+            "",
+        )
+        assert call("plan", 0.8, 0.65, "--questions", 80)[1].startswith(
+            "80 questions tell 0.8 from 0.65 with a power of 0.621"
+        )
+
+    @pytest.mark.parametrize(
+        ("options", "arguments"),
+        [
+            ([], {}),
+            (["--power", 0.9], {"power": 0.9}),
+            (["--alpha", 0.01, "--alternative", "two-sided"], {"alpha": 0.01, "alternative": "two-sided"}),
+            (["--no-correction"], {"correction": False}),
+        ],
+    )
+    def test_is_sample_size_and_power(self, call, options, arguments):
+        n = study.sample_size(0.8, 0.65, **arguments)
+        arguments.pop("power", None)
+        told = json.loads(call("plan", 0.8, 0.65, *options, "--format", "json")[1])
+        assert told == {
+            **{"p_a": 0.8, "p_b": 0.65, "alternative": "greater", "alpha": 0.05, "correction": True, **arguments},
+            **{"questions": n, "power": study.power(0.8, 0.65, n, **arguments)},
+        }
+        if "--power" not in options:
+            told = json.loads(call("plan", 0.8, 0.65, *options, "--questions", 33, "--format", "json")[1])
+            assert (told["questions"], told["power"]) == (33, study.power(0.8, 0.65, 33, **arguments))
+
+    def test_errors(self, call):
+        for arguments, message in (
+            ((0.6, 0.8), "p_a: 0.6 and p_b = 0.8 do not differ in the direction of the alternative 'greater'"),
+            ((1, 0.8), "p_a: expected a number between 0 and 1, exclusive, got 1.0"),
+            ((0.8, 0.6, "--questions", 0), "n_a: expected a positive integer, got 0"),
+            ((0.8, 0.6, "--power", 1), "power: expected a number between 0 and 1, exclusive, got 1.0"),
+            ((0.8, 0.6, "--power", 0.9, "--questions", 9), "not allowed with argument --power"),
+            ((0.8,), "the following arguments are required: P_B"),
+        ):
+            status, out, err = call("plan", *arguments)
+            assert (status, out) == (2, "")
+            assert message in err
 
 
 class TestPage:
@@ -321,10 +405,10 @@ class TestPage:
         assert call("page", samples, "-o", path, "--questions", 3, "--seed", 7, "--action", "walking") == (0, "", "")
         assert path.read_text(encoding="utf-8") == survey(samples, n_questions=3, seed=7, action="walking")
 
-    def test_a_file_of_votes_may_be_named_page(self, call, small, monkeypatch):
-        small.rename(small.with_name("page"))
-        monkeypatch.chdir(small.parent)
-        assert call("page")[0] == 0
+    def test_a_page_that_cannot_be_written_costs_none(self, call, samples):
+        status, _, err = call("page", samples, "-o", samples / "no" / "survey.html")
+        assert status == 2
+        assert "cannot write" in err
 
 
 def programs():

@@ -112,13 +112,19 @@ class TestScores:
 
 
 class TestRank:
-    @given(st.dictionaries(st.text(), st.floats(allow_nan=False, allow_infinity=False) | st.integers(-3, 3)))
+    @given(st.dictionaries(st.text(), st.integers(-5, 5), min_size=1))
     def test_is_competition_ranking(self, scores):
+        expected = dict(zip(scores, stats.rankdata(list(scores.values()), method="min"), strict=True))
+        assert study.rank(scores) == expected
+
+    @given(st.dictionaries(st.text(), st.floats(allow_nan=False, allow_infinity=False) | st.floats(1, 1 + 1e-8)))
+    def test_by_definition(self, scores):
         ranking = study.rank(scores)
         assert list(ranking.values()) == sorted(ranking.values())
-        if scores:
-            expected = dict(zip(scores, stats.rankdata(list(scores.values()), method="min"), strict=True))
-            assert ranking == expected
+        for model, score in scores.items():
+            rounding = [max(1e-9 * max(abs(score), abs(other)), 1e-12) for other in scores.values()]
+            better = [score - other > least for other, least in zip(scores.values(), rounding, strict=True)]
+            assert ranking[model] == 1 + sum(better)
 
     def test_ties(self):
         assert study.rank({"a": 2, "b": 1, "c": 2.0, "d": 3}) == {"b": 1, "a": 2, "c": 2, "d": 4}
@@ -177,7 +183,7 @@ class TestAgreement:
             study.agreement(["A"], ["A", "B"])
         with pytest.raises(ValueError, match="predictions_b and majorities: their lengths differ"):
             study.joint_agreement(["A"], ["A"], ["A", "B"])
-        with pytest.raises(ValueError, match="majorities: expected A, B, tie at index 1, got 'C'"):
+        with pytest.raises(ValueError, match="majorities: expected A, B, tie for question 2, got 'C'"):
             study.agreement(["A", "B"], ["A", "C"])
         with pytest.raises(ValueError, match="ties: expected one of exclude, half, got 'drop'"):
             study.agreement(["A"], ["A"]).rate(ties="drop")

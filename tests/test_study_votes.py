@@ -55,6 +55,61 @@ class TestFiles:
         write(path, lead + HEADER, '"walking",1,4,GRU-d,"VGRU-d",p1,A', end=end)
         assert study.read_votes(str(path)) == [study.Vote("walking", FIRST, "p1", "A")]
 
+    @pytest.mark.parametrize("separator", [";", "\t", ", ", " ; "])
+    def test_separators(self, path, separator):
+        lines = [HEADER, 'walking,1,4,GRU-d,"VGRU-d",p1,A', "walking,2,0,VGRU-ac,GRU-d,p1,tie"]
+        if separator[0] == " ":
+            lines[1] = lines[1].replace('"', "")
+        write(path, *(line.replace(",", separator) for line in lines))
+        expected = [study.Vote("walking", FIRST, "p1", "A"), study.Vote("walking", SECOND, "p1", "tie")]
+        assert study.read_votes(path) == expected
+
+    def test_a_separator_in_names(self, path):
+        write(path, HEADER, 'walking,1,4,"a;b, c",VGRU-d,p;1,A')
+        assert study.read_votes(path) == [study.Vote("walking", study.Question(1, 4, "a;b, c", "VGRU-d"), "p;1", "A")]
+        write(path, HEADER.replace(",", ";"), "walking;1;4;a, b;VGRU-d;p,1;A")
+        assert study.read_votes(path) == [study.Vote("walking", study.Question(1, 4, "a, b", "VGRU-d"), "p,1", "A")]
+
+    def test_blank_lines(self, path):
+        write(
+            path, "", HEADER, "", "walking,1,4,GRU-d,VGRU-d,p1,A", "   ", ",,,,,,", "walking,2,0,VGRU-ac,GRU-d,p1,B", ""
+        )
+        assert [vote.choice for vote in study.read_votes(path)] == ["A", "B"]
+        write(path, "", HEADER, "", "walking,1,4,GRU-d,VGRU-d,p1,C")
+        with pytest.raises(ValueError, match=r"votes\.csv: line 4: choice"):
+            study.read_votes(path)
+
+    def test_files_that_were_joined(self, path):
+        """Each with the names of its columns, in its own order, and with its byte order mark."""
+        write(
+            path,
+            HEADER,
+            "walking,1,4,GRU-d,VGRU-d,p1,A",
+            "\ufeff" + ",".join(reversed(HEADER.split(","))),
+            "tie,p2,VGRU-d,GRU-d,4,1,walking",
+        )
+        expected = [study.Vote("walking", FIRST, "p1", "A"), study.Vote("walking", FIRST, "p2", "tie")]
+        assert study.read_votes(path) == expected
+
+    def test_a_folder(self, tmp_path):
+        folder = tmp_path / "votes"
+        folder.mkdir()
+        with pytest.raises(ValueError, match=r"votes: no \.csv files in it"):
+            study.read_votes(folder)
+        for name, who in (
+            ("b.csv", "p2"),
+            ("a.CSV", "p1"),
+            (".hidden.csv", "p3"),
+            ("._b.csv", "p4"),
+            ("notes.txt", "p5"),
+        ):
+            write(folder / name, HEADER, f"walking,1,4,GRU-d,VGRU-d,{who},A")
+        extra = write(tmp_path / "extra.csv", HEADER, "walking,1,4,GRU-d,VGRU-d,p0,A")
+        assert [vote.participant for vote in study.read_votes(extra, str(folder))] == ["p0", "p1", "p2"]
+        write(folder / "c.csv", "name,age")
+        with pytest.raises(ValueError, match=r"votes.c\.csv: line 1: expected the columns"):
+            study.read_votes(folder)
+
     def test_columns_in_any_order(self, path):
         write(path, "choice,participant,model_b,model_a,sequence,question,action", "B,p1,VGRU-d,GRU-d,4,1,walking")
         assert study.read_votes(path) == [study.Vote("walking", FIRST, "p1", "B")]
@@ -88,11 +143,13 @@ class TestFiles:
         [
             ("walking,1,4,GRU-d,VGRU-d,p2", "expected 7 cells, got 6"),
             ("walking,1,4,GRU-d,VGRU-d,p2,A,", "expected 7 cells, got 8"),
-            ("", "expected 7 cells, got 0"),
             ("walking,1,4,GRU-d,VGRU-d,p2,C", "choice: expected A, B, tie, got 'C'"),
             ("walking,1,4,GRU-d,VGRU-d,p2,a", "choice: expected A, B, tie, got 'a'"),
-            ("walking,1,4,GRU-d,VGRU-d,p2, A", "choice: expected text without blanks around it, got ' A'"),
-            ("walking,1,4,GRU-d,VGRU-d,,A", "participant: expected text without blanks around it, got ''"),
+            ("walking,1,4,GRU-d,VGRU-d,p2,A B", "choice: expected A, B, tie, got 'A B'"),
+            ("walking,1,4,GRU-d,VGRU-d,,A", "participant is empty"),
+            ('walking,1,4,GRU-d,VGRU-d," ",A', "participant is empty"),
+            ("walking;1;4;GRU-d;VGRU-d;p2;A", "expected 7 cells, got 1"),
+            (f"{HEADER},age", "expected 7 cells, got 8"),
             ("walking,one,4,GRU-d,VGRU-d,p2,A", "question: expected a whole number, got 'one'"),
             ("walking,1,-4,GRU-d,VGRU-d,p2,A", "sequence: expected a whole number, got '-4'"),
             ("walking,1,4.0,GRU-d,VGRU-d,p2,A", r"sequence: expected a whole number, got '4\.0'"),
@@ -103,6 +160,8 @@ class TestFiles:
             ("walking,1,4,VGRU-d,GRU-d,p2,A", "question 1 of walking is another one than before"),
             ("walking,1,4,GRU-d,VGRU-d,p1,B", "participant 'p1' answers question 1 of walking again, after .* line 2"),
             ('walking,1,4,GRU-d,VGRU-d,"p"2,A', "not CSV"),
+            ('walking,1,4,GRU-d,"VGRU-d\n\n,p2,A', "not CSV"),
+            ('walking,1,4,GRU-d,"VGRU\n-d",p2,C', "choice: expected A, B, tie, got 'C'"),
         ],
     )
     def test_bad_lines_are_named(self, path, line, message):
@@ -118,28 +177,49 @@ class TestFiles:
             HEADER + ",age",
             HEADER.removesuffix(",choice"),
             HEADER + ",choice",
-            HEADER.replace(",", ";"),
+            HEADER.replace(",", "|"),
+            HEADER.replace(",", ";", 3),
+            f"walking,1,4,GRU-d,VGRU-d,p1,A\n{HEADER}",
         ],
     )
     def test_bad_headers(self, path, header):
         write(path, header, "walking,1,4,GRU-d,VGRU-d,p1,A")
+        if not header:
+            path.write_text(path.read_text().lstrip())
         with pytest.raises(ValueError, match=r"votes\.csv: line 1: expected the columns action, question, .* got"):
             study.read_votes(path)
 
     def test_not_utf_8(self, path):
         path.write_bytes(f"{HEADER}\nwalking,1,4,GRU-d,VGRU-d,".encode() + "Jürgen,A\n".encode("latin-1"))
-        with pytest.raises(ValueError, match=r"votes\.csv: line 2: not UTF-8"):
+        with pytest.raises(ValueError, match=r"votes\.csv: line 2 is not UTF-8 text"):
             study.read_votes(path)
 
     def test_empty_or_missing(self, path):
         with pytest.raises(FileNotFoundError):
             study.read_votes(path)
-        path.touch()
-        with pytest.raises(ValueError, match=r"votes\.csv: line 1: expected the columns"):
+        for lines in [], ["", "  "], [HEADER], [HEADER, "", HEADER]:
+            write(path, *lines)
+            with pytest.raises(ValueError, match=r"votes\.csv: no votes in it"):
+                study.read_votes(path)
+
+    def test_utf_16(self, path):
+        path.write_text(HEADER, encoding="utf-16")
+        with pytest.raises(ValueError, match=r"votes\.csv: the text is UTF-16; save it as UTF-8"):
             study.read_votes(path)
-        write(path, HEADER)
-        with pytest.raises(ValueError, match=r"votes\.csv: no votes in it"):
-            study.read_votes(path)
+
+    @pytest.mark.parametrize("name", ["", " p1", "p1\n", "p\r1"])
+    @pytest.mark.parametrize("field", ["action", "model_a", "model_b", "participant"])
+    def test_what_would_not_be_read_again_is_not_written(self, path, field, name):
+        write(path, "old")
+        of = {"action": "walking", "model_a": "GRU-d", "model_b": "VGRU-d", "participant": "p1", field: name}
+        question = study.Question(2, 4, of["model_a"], of["model_b"])
+        votes = [
+            study.Vote("walking", FIRST, "p1", "A"),
+            study.Vote(of["action"], question, of["participant"], "A"),
+        ]
+        with pytest.raises(ValueError, match=r"votes: expected names without blanks .*, got '.*' in vote 2"):
+            study.write_votes(path, votes)
+        assert path.read_text() == "old\n"
 
 
 class TestCounts:
@@ -245,11 +325,11 @@ class TestKappa:
     @pytest.mark.parametrize(
         ("counts", "error", "message"),
         [
-            ([[3, 1], [4, 0], [2, 3]], ValueError, "question 0 was answered by 4 participants, question 2 by 5"),
+            ([[3, 1], [4, 0], [2, 3]], ValueError, "question 1 was answered by 4 participants, question 3 by 5"),
             ([[3, 0], [3, 0]], ValueError, "all answers are of one category, so kappa is 0/0"),
             ([[1, 0], [0, 1]], ValueError, "1 participants cannot agree"),
             ([[0, 0]], ValueError, "0 participants cannot agree"),
-            ([[3, 1], [5, -1]], ValueError, "negative in question 1"),
+            ([[3, 1], [5, -1]], ValueError, "negative in question 2"),
             ([3, 1], ValueError, r"expected shape \(questions, categories\), got \(2,\)"),
             (np.zeros((0, 2), int), ValueError, r"expected shape \(questions, categories\), got \(0, 2\)"),
             ([[3.0, 1.0]], TypeError, "expected whole numbers, got dtype float64"),

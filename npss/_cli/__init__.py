@@ -27,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in (score, leaderboard, report, study, explain, demo):
         command.add_parser(commands)
-    return run(parser, arguments)
+    return run(parser, study.name_form(sys.argv[1:] if arguments is None else arguments))
 
 
 def run(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> int:

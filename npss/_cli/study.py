@@ -1,96 +1,158 @@
-"""``npss study``: the page of a user study, and what its votes tell of models, participants and metrics."""
+"""``npss study``: the page of a user study, what its votes tell, and how many questions it needs."""
 
 from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from npss import published
+from npss._cli import _votes
 from npss._convention import CONVENTIONS
 from npss._records import Record
 from npss._submissions import read_records
-from npss._tables import table
-from npss.study import read_votes
+from npss._write import write_text_atomically
+from npss.study import power, read_votes, sample_size
 from npss.study._input import ALTERNATIVES
-from npss.study._summary import LEVEL, MEANINGS, summary
+from npss.study._summary import summary
 
 _DESCRIPTION = """\
-Make the page of a user study, and say what its votes tell.
+Plan a user study, make its page, and say what its votes tell.
 
-  npss study VOTES [VOTES ...]    CSV files with the columns action, question, sequence, model_a, model_b,
-                                  participant, choice (A, B or tie): one of all participants, or one of each.
-                                  With scores, also how often each metric agrees with the majority, and the tests
-                                  of NPSS against the Euler error
+  npss study plan P_A P_B         how many questions it takes to tell a metric that agrees with people on the share P_A
+                                  of questions from one that agrees with them on P_B
   npss study page DIR -o FILE     a survey as one page of HTML, of the samples in DIR: MODEL.h5 or MODEL.npz
-
-The files come first, then the options.
+  npss study VOTES [VOTES ...]    what the votes tell: short for npss study evaluate VOTES
 """
-# The options of each form, which the other has not.
-_OF_VOTES = ("scores", "published", "convention", "alternative", "format")
-_OF_PAGE = ("output", "questions", "seed", "action")
+_EVALUATE = """\
+Say what votes tell of models and participants; with scores, also how often each metric agrees with the majority, and
+the tests of NPSS against the Euler error.
+
+VOTES are CSV files with the columns action, question, sequence, model_a, model_b, participant, choice (A, B or tie):
+one of all participants, one of each, or a folder of them.
+"""
+_PLAN = """\
+Say how many questions a study needs, or what its power is with some number of them: of the two-proportion z test,
+which takes the answers of the two metrics as independent samples.
+"""
+_FORMS = ("plan", "page", "evaluate")
+
+
+def name_form(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments of ``npss``, ``npss study VOTES`` written out as ``npss study evaluate VOTES``."""
+    given = list(arguments)
+    if given[:1] == ["study"] and len(given) > 1 and given[1] not in (*_FORMS, "-h", "--help"):
+        given.insert(1, "evaluate")
+    return given
 
 
 def add_parser(commands: Any) -> None:
     """Add the command to those of ``npss``."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "study",
-        help="make the page of a user study, evaluate its votes",
+        help="plan a user study, make its page, evaluate its votes",
         description=_DESCRIPTION,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("files", nargs="+", metavar="FILE", help="files of votes; or the word page, and a folder")
-    votes = parser.add_argument_group("with VOTES")
-    scores = votes.add_mutually_exclusive_group()
+    forms = parser.add_subparsers(title="forms", required=True, metavar="FORM")
+    for add in (_add_plan, _add_page, _add_evaluate):
+        add(forms)
+
+
+def _add_plan(forms: Any) -> None:
+    parser: argparse.ArgumentParser = forms.add_parser(
+        "plan", help="how many questions a study needs", description=_PLAN
+    )
+    parser.add_argument(
+        "p_a", type=float, metavar="P_A", help="the share of questions on which the first metric is right"
+    )
+    parser.add_argument("p_b", type=float, metavar="P_B", help="that of the second metric")
+    wanted = parser.add_mutually_exclusive_group()
+    wanted.add_argument(
+        "--power",
+        type=float,
+        default=0.8,
+        metavar="P",
+        help="how probably the test is to find the difference (default: %(default)s)",
+    )
+    wanted.add_argument("--questions", type=int, metavar="N", help="say the power of so many questions instead")
+    parser.add_argument("--alternative", choices=ALTERNATIVES, default=ALTERNATIVES[0], help="default: %(default)s")
+    parser.add_argument("--alpha", type=float, default=0.05, metavar="P", help="level of significance (default: 0.05)")
+    parser.add_argument("--no-correction", action="store_true", help="without Yates' correction")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: %(default)s")
+    parser.set_defaults(run=_plan)
+
+
+def _add_page(forms: Any) -> None:
+    parser: argparse.ArgumentParser = forms.add_parser("page", help="make the page of a survey")
+    parser.add_argument("directory", type=Path, metavar="DIR", help="samples of each model: MODEL.h5 or MODEL.npz")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="where to write the page")
+    parser.add_argument(
+        "--questions", type=int, default=20, metavar="N", help="how many questions (default: 20, as in the paper)"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="of the generator that draws them (default: 0)"
+    )
+    parser.add_argument("--action", help="which action, where the samples have several in common")
+    parser.set_defaults(run=_page)
+
+
+def _add_evaluate(forms: Any) -> None:
+    parser: argparse.ArgumentParser = forms.add_parser(
+        "evaluate",
+        help="say what votes tell",
+        description=_EVALUATE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("votes", nargs="+", type=Path, metavar="VOTES", help="a CSV file of votes, or a folder of them")
+    scores = parser.add_mutually_exclusive_group()
     scores.add_argument(
         "--scores",
         type=Path,
         metavar="RECORDS",
         help="rank models by these scores: a JSON file, as `python -m baselines evaluate --format json` prints it",
     )
-    scores.add_argument(
-        "--published", action="store_true", default=None, help="rank models by the tables of the NPSS paper"
-    )
-    votes.add_argument("--convention", choices=tuple(CONVENTIONS), help="of NPSS, this convention alone")
-    votes.add_argument(
+    scores.add_argument("--published", action="store_true", help="rank models by the tables of the NPSS paper")
+    parser.add_argument("--convention", choices=tuple(CONVENTIONS), help="of NPSS, this convention alone")
+    parser.add_argument(
         "--alternative",
         choices=ALTERNATIVES,
         help="whether NPSS agrees with the majority more often than the Euler error (greater, the default, as in the "
         "paper), less often, or either",
     )
-    votes.add_argument("--format", choices=("text", "json"), help="default: text")
-    page = parser.add_argument_group("with page")
-    page.add_argument("-o", "--output", type=Path, metavar="FILE", help="where to write the page")
-    page.add_argument("--questions", type=int, metavar="N", help="how many questions (default: 20, as in the paper)")
-    page.add_argument("--seed", type=int, metavar="N", help="of the generator that draws them (default: 0)")
-    page.add_argument("--action", help="which action, where the samples have several in common")
-    parser.set_defaults(run=run)
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: %(default)s")
+    parser.set_defaults(run=_evaluate)
 
 
-def run(options: argparse.Namespace) -> None:
-    """Write the page, or print what the votes tell."""
-    page = len(options.files) == 2 and options.files[0] == "page"
-    for name in _OF_VOTES if page else _OF_PAGE:
-        if getattr(options, name) is not None:
-            raise ValueError(f"--{name} is an option of the other form: see npss study --help")
-    if page:
-        _write_page(options)
-    else:
-        _print_votes(options)
+def _plan(options: argparse.Namespace) -> None:
+    """Print how many questions a study needs, and the power that it has with them."""
+    test = {"alternative": options.alternative, "alpha": options.alpha, "correction": not options.no_correction}
+    n = options.questions
+    if n is None:
+        n = sample_size(options.p_a, options.p_b, power=options.power, **test)
+    found = {"questions": n, "power": power(options.p_a, options.p_b, n, **test)}
+    if options.format == "json":
+        print(json.dumps({"p_a": options.p_a, "p_b": options.p_b, **test, **found}, indent=2))
+        return
+    correction = "Yates' correction" if test["correction"] else "no correction"
+    print(
+        f"{n} questions tell {options.p_a:g} from {options.p_b:g} with a power of {found['power']:.3f}\n"
+        f"    two-proportion z test, pooled variance, {correction}, {options.alternative}, level {options.alpha:g}"
+    )
 
 
-def _write_page(options: argparse.Namespace) -> None:
+def _page(options: argparse.Namespace) -> None:
+    """Write the page of a survey."""
     from npss._pages import survey  # here, not above: votes are counted without it
 
-    if options.output is None:
-        raise ValueError("-o FILE says where to write the page")
-    n_questions = 20 if options.questions is None else options.questions
-    text = survey(Path(options.files[1]), n_questions=n_questions, seed=options.seed or 0, action=options.action)
-    options.output.write_text(text, encoding="utf-8")
+    text = survey(options.directory, n_questions=options.questions, seed=options.seed, action=options.action)
+    write_text_atomically(options.output, text)
 
 
-def _print_votes(options: argparse.Namespace) -> None:
+def _evaluate(options: argparse.Namespace) -> None:
+    """Print what votes tell."""
     records = None
     if options.scores is not None:
         records = _read_records(options.scores)
@@ -99,12 +161,12 @@ def _print_votes(options: argparse.Namespace) -> None:
     elif options.convention or options.alternative:
         raise ValueError("--convention and --alternative are about scores: --scores RECORDS or --published names them")
     told = summary(
-        read_votes(*options.files),
+        read_votes(*options.votes),
         records,
         conventions=(options.convention,) if options.convention else None,
         alternative=options.alternative or ALTERNATIVES[0],
     )
-    print(json.dumps(told, indent=2) if options.format == "json" else _text(told))
+    print(json.dumps(told, indent=2) if options.format == "json" else _votes.text(told))
 
 
 def _read_records(path: Path) -> list[Record]:
@@ -120,91 +182,3 @@ def _read_records(path: Path) -> list[Record]:
         if not all(isinstance(signature, str) for signature in record.get("signatures", {}).values()):
             raise ValueError(f"{path}: record {index}: its signatures are no texts")
     return records
-
-
-def _text(told: dict[str, Any]) -> str:
-    parts = [_participants(told), _pairs(told["pairs"])]
-    if "metrics" in told:
-        parts += [_rankings(told["metrics"]), _agreements(told["metrics"])]
-    if told.get("comparisons"):
-        parts += [*map(_comparison, told["comparisons"]), _notes("binomial_test", "mcnemar_test")]
-    return "\n\n".join(parts)
-
-
-def _notes(*names: str) -> str:
-    return "\n".join(f"    {name}: {MEANINGS[name]}" for name in names)
-
-
-def _participants(told: dict[str, Any]) -> str:
-    rows, undefined = [], []
-    for name, of in (*told["actions"].items(), ("all", told["overall"])):
-        kappa = of["fleiss_kappa"]
-        if kappa is None:
-            undefined.append(f"    fleiss_kappa of {name} is not defined: {of['fleiss_kappa_undefined']}")
-        numbers = [of["questions"], of["participants"], of["votes"], *of["majorities"].values()]
-        rows.append([name, *map(str, numbers), "-" if kappa is None else f"{kappa:.3f}"])
-    header = ["action", "questions", "participants", "votes", "majority A", "majority B", "tie", "fleiss_kappa"]
-    return "\n".join([table(header, rows, "lrrrrrrr"), _notes("majorities", "fleiss_kappa"), *undefined])
-
-
-def _pairs(pairs: list[dict[str, Any]]) -> str:
-    rows = [
-        [*pair["models"], str(pair["questions"])]
-        + [str(number) for number in (*pair["votes"], pair["tied_votes"])]
-        + [str(number) for number in (*pair["majorities"], pair["tied_majorities"])]
-        for pair in pairs
-    ]
-    header = ["first", "second", "questions", "votes first", "second", "tie", "majorities first", "second", "tie"]
-    return table(header, rows, "llrrrrrrr")
-
-
-def _name(metric: str) -> str:
-    return "Euler error" if metric == "euler_error" else f"NPSS {metric}"
-
-
-def _rankings(metrics: dict[str, Any]) -> str:
-    rows = []
-    for action, ranking in next(iter(metrics.values()))["rankings"].items():
-        for model in (place["model"] for place in ranking):
-            rows.append([action, model])
-            for of in metrics.values():
-                place = next(place for place in of["rankings"][action] if place["model"] == model)
-                rows[-1] += [f"{place['score']:.3f}", str(place["rank"])]
-    header = ["action", "model", *(cell for metric in metrics for cell in (_name(metric), "rank"))]
-    stated = {
-        f"    {_name(metric)}: {signature or 'signature not stated'}": None
-        for metric, of in metrics.items()
-        for signature in of["signatures"].values()
-    }
-    return "\n".join([table(header, rows, "ll" + "rr" * len(metrics)), _notes("score", "rank"), *stated])
-
-
-def _agreements(metrics: dict[str, Any]) -> str:
-    rows = []
-    for metric, of in metrics.items():
-        for action, found in (*of["actions"].items(), ("all", of["overall"])):
-            questions = found["agreed"] + found["disagreed"]
-            shares = [f"{share:.3f}" for share in (found["rate"], *found["interval"])] if questions else ["-"] * 3
-            ties = [str(found["tied_votes"]), str(found["tied_metric"])]
-            rows.append([_name(metric), action, f"{found['agreed']}/{questions}", *shares, *ties])
-    header = ["metric", "action", "agreed", "rate", "from", "to", "no majority", "metric tied"]
-    return "\n".join([table(header, rows, "llrrrrrr"), _notes("rate")])
-
-
-def _comparison(found: dict[str, Any]) -> str:
-    joint, mcnemar, independent = found["joint"], found["mcnemar_test"], found["binomial_test"]
-    a, b = _name(found["a"]), _name(found["b"])
-    lines = [f"{a} against {b}, alternative: {mcnemar['alternative']}"]
-    if independent:
-        low, high = independent["interval_difference"]
-        lines += [
-            f"  {independent['method']}: z = {independent['statistic']:.3f}, p = {independent['p_value']:.5g}",
-            f"  difference of the rates: {independent['difference']:.3f}, from {low:.3f} to {high:.3f} "
-            f"(Newcombe's interval of level {LEVEL:g})",
-        ]
-    lines += [
-        f"  {mcnemar['method']}: p = {mcnemar['p_value']:.5g}; right are both on {joint['both']} questions, "
-        f"{a} alone on {joint['only_a']}, {b} alone on {joint['only_b']}, neither on {joint['neither']}; "
-        f"{joint['tied']} with a tie left out",
-    ]
-    return "\n".join(lines)

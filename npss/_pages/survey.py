@@ -129,8 +129,8 @@ def survey_page(
 
     names = sorted(motions)
     asked = []
-    for i, question in enumerate(questions):
-        _require_known(f"questions[{i}]", question, names, len(true))
+    for question in questions:
+        _require_known(f"questions: question {question.number}", question, names, len(true))
         a, b, sequence = question.model_a, question.model_b, int(question.sequence)
         asked.append(
             {

@@ -165,6 +165,6 @@ def _check_choices(**answers: Sequence[str]) -> None:
     if len(set(lengths.values())) > 1:
         raise ValueError(f"{' and '.join(answers)}: their lengths differ: {lengths}")
     for name, choices in answers.items():
-        for index, choice in enumerate(choices):
+        for number, choice in enumerate(choices, 1):
             if choice not in CHOICES:
-                raise ValueError(f"{name}: expected {', '.join(CHOICES)} at index {index}, got {choice!r}")
+                raise ValueError(f"{name}: expected {', '.join(CHOICES)} for question {number}, got {choice!r}")

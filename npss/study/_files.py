@@ -1,44 +1,49 @@
-"""The file of votes: CSV, read strictly."""
+"""The files of votes: CSV, read strictly, but as spreadsheets and surveys write it."""
 
 from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from io import StringIO
 from os import PathLike
 from pathlib import Path
 
+from npss._text import read_text
+from npss._write import write_text_atomically
 from npss.study._design import Question
 from npss.study._votes import CHOICES, Vote
 
 #: The columns of a file of votes.
 COLUMNS = ("action", "question", "sequence", "model_a", "model_b", "participant", "choice")
+_DELIMITERS = (",", ";", "\t")
 
 
 def read_votes(*paths: str | PathLike[str]) -> list[Vote]:
     """Read the votes of a study from CSV files: one of all participants, or one of each.
 
     The first line names the columns: action, question, sequence, model_a, model_b, participant, choice. Every further
-    line is a vote. Questions are numbered within an action; the choice is A (model_a), B (model_b) or tie.
+    line is a vote. Questions are numbered within an action; the choice is A (model_a), B (model_b) or tie. Cells are
+    separated by commas, semicolons or tabs. Blanks around a cell and blank lines do not count, and the names of the
+    columns may come again, as where files are joined.
 
     Parameters
     ----------
     *paths : path-like
-        The files, UTF-8.
+        The files, UTF-8; a folder stands for the ``.csv`` files in it that are not hidden.
 
     Returns
     -------
     list of Vote
-        In the order of the files.
+        In the order of the files; those of a folder in the order of their names.
 
     Raises
     ------
     TypeError
         If no file is named.
     ValueError
-        If a file has no votes, a line is not as described, a participant answers a question twice, or a question is
-        not the same for all. The message names the file and the line.
+        If a folder has no ``.csv`` file, a file has no votes, a line is not as described, a participant answers a
+        question twice, or a question is not the same for all. The message names the file and the line.
     OSError
         If a file cannot be opened.
 
@@ -62,9 +67,9 @@ def read_votes(*paths: str | PathLike[str]) -> list[Vote]:
     votes: list[Vote] = []
     asked: dict[tuple[str, int], Question] = {}
     answered: dict[tuple[str, int, str], str] = {}
-    for path in paths:
+    for path in _files(map(Path, paths)):
         before = len(votes)
-        for where, cells in _lines(Path(path)):
+        for where, cells in _lines(path):
             vote = _read_vote(where, cells)
             action, number = key = vote.action, vote.question.number
             if asked.setdefault(key, vote.question) != vote.question:
@@ -88,7 +93,7 @@ def write_votes(path: str | PathLike[str], votes: Sequence[Vote]) -> None:
     Parameters
     ----------
     path : path-like
-        The file. If it exists, it is overwritten.
+        The file. If it exists, it is replaced.
     votes : sequence of Vote
         The votes.
 
@@ -98,6 +103,8 @@ def write_votes(path: str | PathLike[str], votes: Sequence[Vote]) -> None:
 
     Raises
     ------
+    ValueError
+        If a name is empty, or has blanks around it or carriage returns, which `read_votes` would not return.
     OSError
         If the file cannot be written.
 
@@ -111,40 +118,65 @@ def write_votes(path: str | PathLike[str], votes: Sequence[Vote]) -> None:
     ...     print((Path(folder) / "votes.csv").read_text(), end="")
     action,question,sequence,model_a,model_b,participant,choice
     """
-    with Path(path).open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for vote in votes:
-            asked = vote.question
-            row = (vote.action, asked.number, asked.sequence, asked.model_a, asked.model_b)
-            writer.writerow((*row, vote.participant, vote.choice))
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for index, vote in enumerate(votes, 1):
+        asked = vote.question
+        for name in (vote.action, asked.model_a, asked.model_b, vote.participant):
+            if not name or name != name.strip() or "\r" in name:
+                raise ValueError(
+                    f"votes: expected names without blanks around them and carriage returns, got {name!r} in vote "
+                    f"{index}"
+                )
+        row = (vote.action, asked.number, asked.sequence, asked.model_a, asked.model_b)
+        writer.writerow((*row, vote.participant, vote.choice))
+    write_text_atomically(Path(path), text.getvalue())
+
+
+def _files(paths: Iterable[Path]) -> Iterator[Path]:
+    """Yield the files, and those of folders."""
+    for path in paths:
+        if not path.is_dir():
+            yield path
+            continue
+        inside = sorted(file for file in path.iterdir() if file.suffix.lower() == ".csv" and file.name[0] != ".")
+        if not inside:
+            raise ValueError(f"{path}: no .csv files in it")
+        yield from inside
 
 
 def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
-    """Yield where each line after the first is, for errors to begin with, and its cells."""
+    """Yield where each vote begins, for errors to begin with, and its cells."""
+    # Files that were joined may have byte order marks inside.
+    text = re.sub("^\ufeff", "", read_text(path), flags=re.MULTILINE)
+    first = next((line for line in text.split("\n") if line.strip()), "")
+    delimiter = max(_DELIMITERS, key=first.count)
+    reader = csv.reader(StringIO(text, newline=""), delimiter=delimiter, skipinitialspace=True, strict=True)
+    header: list[str] = []
+    line = 1
     try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = error.object[: error.start].count(b"\n") + 1
-        raise ValueError(f"{path}: line {line}: not UTF-8 ({error.reason})") from error
-    reader = csv.reader(StringIO(text, newline=""), strict=True)
-    try:
-        header = next(reader, [])
-        if sorted(header) != sorted(COLUMNS):
-            raise ValueError(f"{path}: line 1: expected the columns {', '.join(COLUMNS)}, got {', '.join(header)!r}")
-        for cells in reader:
-            where = f"{path}: line {reader.line_num}"
+        for row in reader:
+            where, line = f"{path}: line {line}", reader.line_num + 1
+            cells = [cell.strip() for cell in row]
+            if not any(cells):
+                continue
+            if sorted(cells) == sorted(COLUMNS):
+                header = cells
+                continue
+            if not header:
+                raise ValueError(f"{where}: expected the columns {', '.join(COLUMNS)}, got {', '.join(cells)!r}")
             if len(cells) != len(header):
                 raise ValueError(f"{where}: expected {len(header)} cells, got {len(cells)}")
             yield where, dict(zip(header, cells, strict=True))
     except csv.Error as error:
-        raise ValueError(f"{path}: line {reader.line_num}: not CSV ({error})") from error
+        raise ValueError(f"{path}: line {line}: not CSV ({error})") from error
 
 
 def _read_vote(where: str, cells: Mapping[str, str]) -> Vote:
     for name in COLUMNS:
-        if not cells[name] or cells[name] != cells[name].strip():
-            raise ValueError(f"{where}: {name}: expected text without blanks around it, got {cells[name]!r}")
+        if not cells[name]:
+            raise ValueError(f"{where}: {name} is empty")
     for name in ("question", "sequence"):
         if not re.fullmatch(r"[0-9]{1,9}", cells[name]):
             raise ValueError(f"{where}: {name}: expected a whole number, got {cells[name]!r}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -39,18 +41,24 @@ def fleiss_kappa(counts: npt.ArrayLike) -> float:
     >>> study.fleiss_kappa([[4, 0], [0, 4], [3, 1]])
     0.6571428571428571
     """
+    return kappa(counts)
+
+
+def kappa(counts: npt.ArrayLike, questions: Sequence[str] | None = None) -> float:
+    """Do what `fleiss_kappa` does, with names of the questions for errors; by default, question 1, question 2 ..."""
     array = real_array("counts", counts)
     if array.dtype.kind not in "iu":
         raise TypeError(f"counts: expected whole numbers, got dtype {array.dtype}")
     if array.ndim != 2 or array.size == 0:
         raise ValueError(f"counts: expected shape (questions, categories), got {array.shape}")
+    names = [f"question {i}" for i in range(1, len(array) + 1)] if questions is None else questions
     if (array < 0).any():
-        raise ValueError(f"counts: negative in question {int(np.argwhere(array < 0)[0][0])}")
+        raise ValueError(f"counts: negative in {names[np.argwhere(array < 0)[0][0]]}")
     raters = array.sum(axis=1)
     if (raters != raters[0]).any():
         other = int(np.argmax(raters != raters[0]))
         raise ValueError(
-            f"counts: question 0 was answered by {raters[0]} participants, question {other} by {raters[other]}: "
+            f"counts: {names[0]} was answered by {raters[0]} participants, {names[other]} by {raters[other]}: "
             f"kappa needs as many for each"
         )
     n = float(raters[0])

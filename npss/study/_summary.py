@@ -9,7 +9,7 @@ from typing import Any
 from npss._convention import CONVENTIONS
 from npss.study._agreement import agreement, joint_agreement
 from npss.study._intervals import wilson_interval
-from npss.study._kappa import fleiss_kappa
+from npss.study._kappa import kappa
 from npss.study._paired import mcnemar_test
 from npss.study._ranking import model_scores, predict, rank, score_of
 from npss.study._two_samples import binomial_test
@@ -84,7 +84,10 @@ def _participants(votes: Sequence[Vote], counts: Sequence[Count]) -> dict[str, A
         "fleiss_kappa": None,
     }
     try:
-        told["fleiss_kappa"] = fleiss_kappa([[count.a, count.b, count.tie] for count in counts])
+        told["fleiss_kappa"] = kappa(
+            [[count.a, count.b, count.tie] for count in counts],
+            [f"question {count.question.number} of {count.action}" for count in counts],
+        )
     except ValueError as error:
         told["fleiss_kappa_undefined"] = str(error).removeprefix("counts: ")
     return told
