@@ -45,7 +45,7 @@ class Motion(NamedTuple):
 def h36m_motion(root: Path) -> Motion:
     """Return the eight test windows of walking in the files of Human3.6M below `root`."""
     data = h36m.open_root(root)
-    clips = [h36m.load(data, protocol.TEST_SUBJECT, ACTION, clip, fps=protocol.FPS) for clip in (1, 2)]
+    clips = h36m.load_test_clips(data, ACTION)
     angles = [poses_to_euler(clip.astype(np.float64)) for clip in clips]
     windows = protocol.srnn_windows([len(clip) for clip in clips], n_seed=N_SEED, n_target=N_TARGET)
     return Motion("srnn-8", [angles[window.clip] for window in windows], [window.target.start for window in windows])

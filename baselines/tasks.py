@@ -58,7 +58,7 @@ def add_task_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--windows",
         choices=h36m.WINDOWS,
-        help="the eight windows of published tables (default), or 256 random ones",
+        help="the eight windows of published tables (default), the same one frame later, or 256 random ones",
     )
 
 

@@ -148,7 +148,8 @@ def _reports(source: Mapping[Any, Any]) -> Iterator[tuple[str, str, Report]]:
 def _published(results: list[Result]) -> list[Result]:
     """Return the published results that mean the same as some of those."""
     own = {(result.action, result.column): result.signature for result in results}
-    rows = [result for record in published_rows.records() for result in results_of_record(record)]
+    records = published_rows.records() + published_rows.records(protocol="srnn-8-late")
+    rows = [result for record in records for result in results_of_record(record)]
     same = [row for row in rows if own.get((row.action, row.column)) == row.signature]
     if not same:
         alike = next((row for row in rows if (row.action, row.column) in own), rows[0])

@@ -115,7 +115,9 @@ class Window(NamedTuple):
         return slice(self.seed.stop, self.seed.stop + self.n_target)
 
 
-def srnn_windows(lengths: Sequence[int], *, n_seed: int = 50, n_target: int = 100) -> tuple[Window, ...]:
+def srnn_windows(
+    lengths: Sequence[int], *, n_seed: int = 50, n_target: int = 100, late: bool = False
+) -> tuple[Window, ...]:
     """Return the eight test windows of an action that published tables use, the "SRNN seeds".
 
     Parameters
@@ -127,6 +129,9 @@ def srnn_windows(lengths: Sequence[int], *, n_seed: int = 50, n_target: int = 10
     n_target : int, optional
         Frames to predict, at most 100. The boundaries are the same whatever the two are, so that models which see more
         or predict less are still compared on the same frames.
+    late : bool, optional
+        Whether the windows are those of the code released with the NPSS paper, one frame later: protocol
+        ``'srnn-8-late'`` instead of ``'srnn-8'``.
 
     Returns
     -------
@@ -136,14 +141,17 @@ def srnn_windows(lengths: Sequence[int], *, n_seed: int = 50, n_target: int = 10
     Raises
     ------
     TypeError
-        If a length or a number of frames is not an integer.
+        If a length or a number of frames is not an integer, or `late` is not True or False.
     ValueError
         If there are not two lengths, one is too short to draw from, or a number of frames is out of range.
 
     Notes
     -----
-    The target begins right after the seed: frame ``start + n_seed``. The code released with the NPSS paper scores
-    one frame later, but only this reproduces the zero-velocity row that it prints.
+    A draw ``a`` is the first of 50 seed frames; the target is ``a + 50`` to ``a + 149``, and the last ``a`` that may be
+    drawn leaves one frame of the clip unused. The code released with the NPSS paper scores ``a + 51`` to ``a + 150``,
+    up to the last frame. Which of the two its tables hold is not known: the zero-velocity row of its Table 6, which the
+    earlier frames reproduce, was copied from Martinez et al. Late windows move as a whole, so that the target still
+    begins right after the seed, and times still count from the last seed frame.
 
     References
     ----------
@@ -157,8 +165,13 @@ def srnn_windows(lengths: Sequence[int], *, n_seed: int = 50, n_target: int = 10
     [1087, 955, 1145, 332, 660, 304, 201, 54]
     >>> walking[1]
     Window(clip=1, start=955, n_seed=50, n_target=100)
+    >>> srnn_windows((1500, 1261), late=True)[1]
+    Window(clip=1, start=956, n_seed=50, n_target=100)
     """
-    return _windows(lengths, 8, n_seed, n_target)
+    if not isinstance(late, bool):
+        raise TypeError(f"late: expected True or False, got {late!r}")
+    windows = _windows(lengths, 8, n_seed, n_target)
+    return tuple(window._replace(start=window.start + late) for window in windows)
 
 
 def random_windows(lengths: Sequence[int], *, n_seed: int = 10, n_target: int = 25) -> tuple[Window, ...]:

@@ -8,6 +8,7 @@ import pytest
 import npss
 from baselines import evaluate, tasks
 from baselines.__main__ import main
+from baselines.data import h36m
 from baselines.predictors import PREDICTORS
 
 
@@ -137,6 +138,8 @@ EULER = {
     "eating": ("0.271", "0.479", "0.727", "0.863", "1.038", "1.375"),
     "smoking": ("0.258", "0.483", "0.970", "0.949", "1.023", "1.694"),
 }
+# One frame later; from an independent program.
+LATE = {"walking": "1.1864", "eating": "0.8887", "smoking": "0.9438"}
 UNWRAPPED = {"off": ("2.940", "0.943"), "target": ("2.417", "0.763"), "seed": ("2.081", "0.653")}
 
 
@@ -170,6 +173,28 @@ class TestHuman36M:
         for action in EULER:
             scores = [records[action, name]["npss"]["paper"] for name in ("zero-velocity", "running-average-4")]
             assert scores[0] == pytest.approx(scores[1], rel=1e-12)
+
+    @pytest.mark.parametrize("action", LATE)
+    def test_one_frame_later(self, capsys, h36m_root, action):
+        options = ("--h36m", h36m_root, "--actions", action, "--windows", "srnn-8-late", "--format", "json")
+        _, out, _ = run(capsys, "zero-velocity", *options)
+        (record,) = json.loads(out)
+        assert f"{record['npss']['released']:.4f}" == LATE[action]
+        assert "|protocol:srnn-8-late|" in record["signatures"]["released"]
+        assert "strong evidence, not fact" in npss.explain(record["signatures"]["released"])
+
+    def test_a_clip_that_is_cut_off(self, capsys, h36m_root, tmp_path):
+        """The case: walking_1 without its last 1000 rows has other windows, and scored 2.739 under one signature."""
+        (tmp_path / "dataset/S5").mkdir(parents=True)
+        for clip in (1, 2):
+            lines = (h36m_root / f"dataset/S5/walking_{clip}.txt").read_text().splitlines(keepends=True)
+            text = "".join(lines[:-1000] if clip == 1 else lines)
+            (tmp_path / f"dataset/S5/walking_{clip}.txt").write_text(text)
+        for windows in h36m.WINDOWS:
+            options = ("--h36m", tmp_path, "--actions", "walking", "--windows", windows)
+            status, out, error = run(capsys, "zero-velocity", *options)
+            assert (status, out) == (2, "")
+            assert "walking_1.txt: 1000 frames at 25 frames per second, expected 1500" in error
 
     @pytest.mark.parametrize("unwrapped", UNWRAPPED)
     def test_unwrapping_changes_smoking(self, h36m_root, unwrapped):

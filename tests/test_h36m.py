@@ -23,7 +23,7 @@ def write(path, rows):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """Walking of all subjects but clip 2 of subject 7, and posing of subject 6."""
+    """Walking of all subjects but clip 2 of subject 7, posing of subject 6, and waiting of subject 5."""
     root = tmp_path_factory.mktemp("made")
     rng = np.random.default_rng(0)
     for subject in h36m.SUBJECTS:
@@ -32,6 +32,8 @@ def made(tmp_path_factory):
                 rows = rng.normal(size=(340 + subject if subject == 5 else 20 + subject, 99))
                 write(root / "dataset" / f"S{subject}" / f"walking_{clip}.txt", rows)
     write(root / "dataset/S6/posing_1.txt", rng.normal(size=(1, 99)))
+    for clip in (1, 2):  # of which it is not known how long they are to be
+        write(root / f"dataset/S5/waiting_{clip}.txt", rng.normal(size=(345 + clip, 99)))
     return root
 
 
@@ -82,7 +84,7 @@ class TestOpening:
 
     def test_missing_files(self, made):
         absent = h36m.missing(h36m.open_root(made))
-        assert len(absent) == 210 - 14
+        assert len(absent) == 210 - 16
         assert "S7/walking_2.txt" in absent
         assert "S5/walking_2.txt" not in absent
         assert len(set(absent)) == len(absent)
@@ -230,18 +232,24 @@ class TestTraining:
             h36m.training_clips(h36m.open_root(made), actions, subjects=subjects)
 
 
+@pytest.mark.filterwarnings("ignore:.*how long it is to be")
 class TestTestWindows:
     @pytest.mark.parametrize(
-        ("windows", "draw", "count"), [("srnn-8", srnn_windows, 8), ("random-256", random_windows, 256)]
+        ("windows", "draw", "count"),
+        [
+            ("srnn-8", srnn_windows, 8),
+            ("srnn-8-late", lambda lengths, **options: srnn_windows(lengths, late=True, **options), 8),
+            ("random-256", random_windows, 256),
+        ],
     )
     @pytest.mark.parametrize("options", [{}, {"n_seed": 10, "n_target": 25}])
     def test_they_are_cut_where_the_protocol_says(self, made, windows, draw, count, options):
         data = h36m.open_root(made)
-        seed, target = h36m.load_test_windows(data, "walking", windows, **options)
+        seed, target = h36m.load_test_windows(data, "waiting", windows, **options)
         n_seed, n_target = options.get("n_seed", 50), options.get("n_target", 100)
         assert seed.shape == (count, n_seed, 99)
         assert target.shape == (count, n_target, 99)
-        clips = [h36m.load(data, 5, "walking", clip, fps=25) for clip in (1, 2)]
+        clips = [h36m.load(data, 5, "waiting", clip, fps=25) for clip in (1, 2)]
         places = draw([len(clip) for clip in clips], n_seed=n_seed, n_target=n_target)
         for place, before, after in zip(places, seed, target, strict=True):
             both = np.concatenate([before, after])
@@ -249,12 +257,48 @@ class TestTestWindows:
 
     def test_bad_arguments(self, made):
         data = h36m.open_root(made)
-        with pytest.raises(ValueError, match="windows: expected one of srnn-8, random-256, got 'all'"):
+        with pytest.raises(ValueError, match="windows: expected one of srnn-8, srnn-8-late, random-256, got 'all'"):
             h36m.load_test_windows(data, "walking", "all")
         with pytest.raises(FileNotFoundError, match=r"lacks S5/eating_1.txt S5/eating_2.txt$"):
             h36m.load_test_windows(data, "eating")
         with pytest.raises(ValueError, match="n_target: 101 frames"):
-            h36m.load_test_windows(data, "walking", "random-256", n_target=101)
+            h36m.load_test_windows(data, "waiting", "random-256", n_target=101)
+
+
+class TestLengths:
+    def test_a_clip_that_is_cut_off_is_refused(self, made):
+        data = h36m.open_root(made)
+        message = r"S5.walking_1.txt: 173 frames at 25 frames per second, expected 1500; test windows depend on"
+        for windows in h36m.WINDOWS:
+            with pytest.raises(ValueError, match=message):
+                h36m.load_test_windows(data, "walking", windows)
+
+    def test_validation_and_sensitivity_look_at_it_too(self, made):
+        pytest.importorskip("torch")
+        from baselines.sensitivity import h36m_motion
+        from baselines.training.windows import h36m_validation
+
+        with pytest.raises(ValueError, match="173 frames at 25 frames per second, expected 1500"):
+            h36m_motion(made)
+        with pytest.raises(ValueError, match="173 frames at 25 frames per second, expected 1500"):
+            h36m_validation(h36m.open_root(made), ["walking"])
+
+    def test_where_it_is_not_known_that_is_said(self, made):
+        message = r"S5.waiting_[12].txt: how long it is to be is not known, so not checked"
+        with pytest.warns(UserWarning, match=message) as said:
+            h36m.load_test_clips(h36m.open_root(made), "waiting")
+        assert len(said) == 2
+
+    @pytest.mark.parametrize(("clip", "length"), [(1, 1500), (2, 1261)])
+    def test_one_row_decides(self, monkeypatch, clip, length):
+        rows = {f"S5/walking_{i}.txt": np.zeros((n, 99), np.float32) for i, n in enumerate((1500, 1261), 1)}
+        monkeypatch.setattr(h36m, "_load", lambda *_: rows)
+        data = h36m.H36M(h36m.Path("dataset"))
+        assert [len(one) for one in h36m.load_test_clips(data, "walking")] == [1500, 1261]
+        for other in (length - 1, length + 1):
+            rows[f"S5/walking_{clip}.txt"] = np.zeros((other, 99), np.float32)
+            with pytest.raises(ValueError, match=f"walking_{clip}.txt: {other} frames .*, expected {length};"):
+                h36m.load_test_clips(data, "walking")
 
 
 class TestHuman36M:

@@ -61,6 +61,22 @@ class TestWindows:
         assert [window.start for window in windows] == starts
         assert [window.clip for window in windows] == [0, 1] * 4
 
+    @given(LENGTHS, st.integers(1, 50), st.integers(1, 100))
+    def test_late_windows_are_one_frame_later(self, lengths, n_seed, n_target):
+        windows = srnn_windows(lengths, n_seed=n_seed, n_target=n_target)
+        late = srnn_windows(lengths, n_seed=n_seed, n_target=n_target, late=True)
+        assert late == tuple(window._replace(start=window.start + 1) for window in windows)
+        assert all(window.target.stop <= lengths[window.clip] for window in late)
+
+    def test_late_windows_reach_the_last_frame(self):
+        """The last draw leaves one frame of the clip unused: the late windows use it, and no more."""
+        stops = {window.target.stop for window in srnn_windows((167, 167), late=True)}
+        assert stops == {167}
+
+    def test_late_is_true_or_false(self):
+        with pytest.raises(TypeError, match="late: expected True or False, got 1"):
+            srnn_windows((1500, 1261), late=1)
+
     def test_slices(self):
         window = srnn_windows((1500, 1261))[0]
         assert window.seed == slice(1087, 1137)

@@ -169,6 +169,33 @@ def test_by_source():
         published.records(4)
 
 
+def test_by_protocol():
+    """The paper's rows may be of either windows, but for the one that was copied from another paper."""
+    early, late, lafan1 = (published.records(protocol=name) for name in ("srnn-8", "srnn-8-late", "lafan1"))
+    assert early + lafan1 == published.records()
+    assert all(npss.parse_signature(record["signature"])["protocol"] == "srnn-8-late" for record in late)
+    numbers = ("model", "action", "npss", "npss_windows", "euler_error", "source")
+    kept = [record for record in early if record["model"] != "zero-velocity"]
+    assert [[one.get(n) for n in numbers] for one in late] == [[one.get(n) for n in numbers] for one in kept]
+    for record in late:
+        for name, text in record["signatures"].items():
+            assert text == early[0]["signatures"][name].replace("srnn-8", "srnn-8-late")
+            assert ": comparable with tables" in npss.explain(text)
+    with pytest.raises(ValueError, match="protocol: expected one of srnn-8, srnn-8-late, lafan1, got 'random-256'"):
+        published.records(protocol="random-256")
+    with pytest.raises(ValueError, match=r"protocol: the rows of Qin et al\. 2022 are not of srnn-8"):
+        published.records("Qin et al. 2022", protocol="srnn-8")
+
+
+@pytest.mark.parametrize("protocol", ["srnn-8", "srnn-8-late"])
+def test_they_stand_beside_numbers_of_either_windows(protocol):
+    own = {**next(iter(published.records(protocol=protocol))), "model": "mine", "source": ""}
+    board = npss.leaderboard([own], published=True)
+    assert {"mine", "VGRU-d (published)"} <= set(board.index)
+    assert all(protocol in npss.parse_signature(text)["protocol"] for text in board.tidy["signature"])
+    assert len({npss.parse_signature(text)["protocol"] for text in board.tidy["signature"]}) == 1
+
+
 def test_they_are_a_leaderboard_of_their_own():
     board = npss.leaderboard(published.records())
     assert board.tidy["rank"].isna().all()

@@ -371,7 +371,7 @@ class TestExplain:
             ({"version": 2}, "version must be 1, not 2"),
             ({"window": "0-3"}, "window must be 0-1 or 1-2 or 2-4, not 0-3"),
             ({"fps": 50}, "fps must be 25, not 50"),
-            ({"protocol": "random-256"}, "protocol must be srnn-8, not random-256"),
+            ({"protocol": "random-256"}, "protocol must be srnn-8 or srnn-8-late, not random-256"),
             ({"representation": "expmap"}, "representation must be euler, not expmap"),
         ],
     )
@@ -390,6 +390,19 @@ class TestExplain:
         ((name, value),) = change.items()
         assert "Euler error: not comparable" in text
         assert f"{name} must be {context[name]}, not {value}" in text
+
+    @pytest.mark.parametrize(
+        ("protocol", "where"), [("srnn-8", "one frame later (srnn-8-late)."), ("srnn-8-late", "here.")]
+    )
+    def test_it_says_how_it_is_known(self, protocol, where):
+        stated = PUBLISHED | {"protocol": protocol, "columns": "gt", "average": "at"}
+        text = npss.explain(npss.signature(("paper", "released"), metric="npss+euler_error", **stated))
+        evidence = (
+            "strong evidence, not fact, since at which frame the paper's own rows are cut is not known; its code cuts"
+        )
+        assert f"comparable with tables 4 and 5 of the NPSS paper (Human3.6M): {evidence} {where}\n" in text
+        assert f"Euler error: comparable with tables 6 and 7 of the NPSS paper (Human3.6M): {evidence} " in text
+        assert ("the zero-velocity row of table 6, copied from" in text) == (protocol == "srnn-8-late")
 
     def test_a_field_that_no_table_knows(self):
         text = npss.explain(npss.signature("released", **PUBLISHED, extra={"subject": 9}))
@@ -416,7 +429,8 @@ class TestExplain:
             "unwrap": "off",
         }
         text = npss.explain(npss.signature("released", quaternions="continuous", **stated))
-        assert "NPSS: comparable with the LaFAN1 in-betweening tables." in text
+        assert "NPSS: comparable with the LaFAN1 in-betweening tables: fact, since" in text
+        assert "strong evidence" not in text
         assert "signs of quaternions: in each frame those nearer to the frame before" in text
 
     @pytest.mark.parametrize("representation", ["global-quaternions", "quaternions", "quaternion"])

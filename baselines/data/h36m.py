@@ -8,8 +8,9 @@ import hashlib
 import os
 import tempfile
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,12 +18,17 @@ import numpy.typing as npt
 
 from npss._checks import one_of, positive_integer
 from npss._poses import POSE
-from npss.protocol import ACTIONS, FPS, TEST_SUBJECT, TRAIN_SUBJECTS, random_windows, srnn_windows
+from npss.protocol import ACTIONS, FPS, TEST_LENGTHS, TEST_SUBJECT, TRAIN_SUBJECTS, Window, random_windows, srnn_windows
 
 Float32 = npt.NDArray[np.float32]
 
+_DRAWN: dict[str, Callable[..., tuple[Window, ...]]] = {
+    "srnn-8": srnn_windows,
+    "srnn-8-late": partial(srnn_windows, late=True),
+    "random-256": random_windows,
+}
 #: The test windows of `load_test_windows`.
-WINDOWS = ("srnn-8", "random-256")
+WINDOWS = tuple(_DRAWN)
 #: All subjects.
 SUBJECTS = tuple(sorted((*TRAIN_SUBJECTS, TEST_SUBJECT)))
 #: Frames per second of a file.
@@ -175,6 +181,46 @@ def training_clips(
         raise FileNotFoundError(f"{error}; subjects that have all of theirs: {whole}") from None
 
 
+def load_test_clips(data: H36M, action: str) -> list[Float32]:
+    """Read the two clips of the test subject, at 25 frames per second, from which test windows are cut.
+
+    Parameters
+    ----------
+    data : H36M
+        From `open_root`.
+    action : str
+        One of `npss.protocol.ACTIONS`.
+
+    Returns
+    -------
+    list of (T, 99) ndarray of float32
+        Translation, then rotations as exponential maps in radians.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `load`; or if a clip is not as long as `npss.protocol.TEST_LENGTHS` has it, where that is known: of a clip
+        that is cut off, the test windows would be others. Names the file, and both lengths.
+    FileNotFoundError
+        If this copy of the data set lacks one of the two: names it.
+
+    Warns
+    -----
+    UserWarning
+        If it is not known how long a clip is to be.
+    """
+    clips = _load(data, [_name(TEST_SUBJECT, action, clip) for clip in (1, 2)], FPS)
+    for (name, clip), length in zip(clips.items(), TEST_LENGTHS[action], strict=True):
+        if length is None:
+            warnings.warn(f"{data.folder / name}: how long it is to be is not known, so not checked", stacklevel=2)
+        elif len(clip) != length:
+            raise ValueError(
+                f"{data.folder / name}: {len(clip)} frames at {FPS} frames per second, expected {length}; test windows "
+                f"depend on the length, so scores would not be comparable"
+            )
+    return list(clips.values())
+
+
 def load_test_windows(
     data: H36M,
     action: str,
@@ -191,8 +237,8 @@ def load_test_windows(
         From `open_root`.
     action : str
         One of `npss.protocol.ACTIONS`.
-    windows : {'srnn-8', 'random-256'}, optional
-        `npss.protocol.srnn_windows` or `npss.protocol.random_windows`.
+    windows : {'srnn-8', 'srnn-8-late', 'random-256'}, optional
+        `npss.protocol.srnn_windows`, the same one frame later, or `npss.protocol.random_windows`.
     n_seed, n_target : int, optional
         Frames to see and frames to predict.
 
@@ -206,14 +252,13 @@ def load_test_windows(
     Raises
     ------
     TypeError, ValueError
-        As `load` and as the functions that draw the windows.
+        As `load_test_clips` and as the functions that draw the windows.
     FileNotFoundError
         If this copy of the data set lacks one of the test subject's two clips: names it.
     """
     one_of("windows", windows, WINDOWS)
-    clips = list(_load(data, [_name(TEST_SUBJECT, action, clip) for clip in (1, 2)], FPS).values())
-    draw = {"srnn-8": srnn_windows, "random-256": random_windows}[windows]
-    places = draw([len(clip) for clip in clips], n_seed=n_seed, n_target=n_target)
+    clips = load_test_clips(data, action)
+    places = _DRAWN[windows]([len(clip) for clip in clips], n_seed=n_seed, n_target=n_target)
     seed = np.stack([clips[place.clip][place.seed] for place in places])
     target = np.stack([clips[place.clip][place.target] for place in places])
     return seed, target

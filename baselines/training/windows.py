@@ -12,7 +12,7 @@ import numpy.typing as npt
 from baselines.data import gait, h36m
 from baselines.tasks import N_SEED, N_TARGET, Task
 from npss._checks import Array, is_integer, positive_integer
-from npss.protocol import COLUMNS, FPS, TEST_SUBJECT, TRAIN_SUBJECTS, Normalization, Window, normalization, srnn_windows
+from npss.protocol import COLUMNS, FPS, TRAIN_SUBJECTS, Normalization, Window, normalization, srnn_windows
 
 Float32 = npt.NDArray[np.float32]
 
@@ -161,11 +161,11 @@ def h36m_validation(data: h36m.H36M, actions: Sequence[str]) -> list[Task]:
     Raises
     ------
     TypeError, ValueError, FileNotFoundError
-        As `baselines.data.h36m.load`; or if nothing is left of an action.
+        As `baselines.data.h36m.load_test_clips`; or if nothing is left of an action.
     """
     tasks = []
     for action in actions:
-        clips = [h36m.load(data, TEST_SUBJECT, action, clip, fps=FPS).astype(np.float64) for clip in (1, 2)]
+        clips = [clip.astype(np.float64) for clip in h36m.load_test_clips(data, action)]
         windows = validation_windows([len(clip) for clip in clips])
         if not windows:
             raise ValueError(f"actions: the test windows of {action} leave no room for a validation window")
@@ -177,6 +177,8 @@ def h36m_validation(data: h36m.H36M, actions: Sequence[str]) -> list[Task]:
 
 def validation_windows(lengths: Sequence[int]) -> tuple[Window, ...]:
     """Return all windows on a regular grid of the test subject's two clips that share no frame with a test window.
+
+    Neither with one of the eight, nor with a late one.
 
     Parameters
     ----------
@@ -199,13 +201,13 @@ def validation_windows(lengths: Sequence[int]) -> tuple[Window, ...]:
     >>> len(windows), windows[0]
     (28, Window(clip=0, start=16, n_seed=50, n_target=100))
     """
-    tests = srnn_windows(lengths, n_seed=N_SEED, n_target=N_TARGET)
+    eight, late = (srnn_windows(lengths, n_seed=N_SEED, n_target=N_TARGET, late=late) for late in (False, True))
     grid = [
         Window(clip, start, N_SEED, N_TARGET)
         for clip, length in enumerate(lengths)
         for start in range(FIRST, length - N_SEED - N_TARGET + 1, STRIDE)
     ]
-    return tuple(window for window in grid if not any(_overlap(window, test) for test in tests))
+    return tuple(window for window in grid if not any(_overlap(window, test) for test in eight + late))
 
 
 def synthetic_validation(n: int = 16) -> list[Task]:
