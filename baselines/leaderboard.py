@@ -13,6 +13,7 @@ from baselines.evaluate import by_name, is_run
 from baselines.predictors import PREDICTORS, Predictor
 from baselines.tasks import Task, add_task_options, tasks_of
 from npss import parse_signature, signature
+from npss._arrays import MAX_SIZE
 from npss._cli import report
 from npss._cli.leaderboard import add_options, board_of, show
 from npss._files import Pair
@@ -56,7 +57,7 @@ def run(options: argparse.Namespace) -> None:
     if bool(options.metrics) != (options.manifold is not None):
         raise ValueError("--manifold RUN names the manifold of --metrics G: give both, or neither")
     tasks = list(tasks_of(options))
-    submissions = submit(options.models or list(PREDICTORS), tasks)
+    submissions = submit(options.models or list(PREDICTORS), tasks, max_size=options.max_size)
     records = records_of(submissions, protocol=tasks[0].protocol)
     if options.metrics:
         add_g(records, submissions, options.manifold)
@@ -66,7 +67,7 @@ def run(options: argparse.Namespace) -> None:
     show(board, options)
 
 
-def submit(models: list[str], tasks: list[Task]) -> dict[str, dict[str, Pair]]:
+def submit(models: list[str], tasks: list[Task], *, max_size: float = MAX_SIZE) -> dict[str, dict[str, Pair]]:
     """Let predictors and trained models predict, and read what others have predicted, of the same windows."""
     if unknown := [m for m in models if m not in PREDICTORS and not is_run(m) and not Path(m).suffix]:
         raise ValueError(
@@ -89,7 +90,8 @@ def submit(models: list[str], tasks: list[Task]) -> dict[str, dict[str, Pair]]:
                 if task.action in trained.configuration.actions
             }
         else:
-            found[name] = {action: pair for action, pair in read_actions(Path(model)).items() if action in asked}
+            of_file = read_actions(Path(model), max_size=max_size)
+            found[name] = {action: pair for action, pair in of_file.items() if action in asked}
     if without := [name for name, pairs in found.items() if not pairs]:
         raise ValueError(f"MODEL: {without[0]!r} has none of the actions asked for, {', '.join(asked)}")
     truth = {task.action: Pair(task.action, task.target, task.target) for task in tasks}

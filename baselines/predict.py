@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 from baselines.tasks import add_task_options, tasks_of
 from npss import euler_error_curve, poses_to_euler
 from npss._checks import Array
+from npss._write import write_bytes_atomically
 
 _DESCRIPTION = """\
 Let a trained model predict the test windows. The file holds expmap/gt/ACTION_i and expmap/preds/ACTION_i, exponential
@@ -57,14 +59,15 @@ def run(options: argparse.Namespace) -> None:
 
 def write_samples(path: Path, arrays: Mapping[str, Array]) -> None:
     """Write arrays by name: an HDF5 file, or the same names in a ``.npz``."""
+    content = BytesIO()  # h5py would not say that the disk is full
     if path.suffix == ".npz":
-        with path.open("wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
-        return
-    try:
-        import h5py
-    except ImportError:
-        raise ImportError("writing .h5 needs h5py: pip install 'npss[h5]'") from None
-    with h5py.File(path, "w") as file:
-        for name, array in arrays.items():
-            file[name] = array
+        np.savez(content, **arrays)  # type: ignore[arg-type]  # none of them is its option
+    else:
+        try:
+            import h5py
+        except ImportError:
+            raise ImportError("writing .h5 needs h5py: pip install 'npss[h5]'") from None
+        with h5py.File(content, "w") as file:
+            for name, array in arrays.items():
+                file[name] = array
+    write_bytes_atomically(path, content.getbuffer())

@@ -20,6 +20,7 @@ from npss._checks import Float64
 from npss._euler_error import MOVES
 from npss._records import Record
 from npss._tables import table
+from npss._write import write_figure_atomically
 
 ACTION = "walking"  # the one that is periodic
 TEMPI = (0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.3, 1.4)
@@ -193,7 +194,7 @@ def _draw(records: Sequence[Record], path: Path) -> None:
     from npss import plot
 
     try:
-        plot.sensitivity(records).savefig(path)
+        write_figure_atomically(path, plot.sensitivity(records))
     except ImportError as error:
         raise ValueError(f"-o: {error}") from None
 

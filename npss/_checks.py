@@ -71,16 +71,25 @@ def real_array(name: str, values: npt.ArrayLike) -> Array:
             f"{name}: numpy cannot read this {type(values).__name__} ({error}); "
             f"pass a CPU array, e.g. tensor.detach().cpu().numpy()"
         ) from error
-    kind = array.dtype.kind
-    if kind not in "iuf":
-        what = _REFUSED.get(kind, "values of another kind")
-        raise TypeError(f"{name}: expected real numbers, got {what} (dtype {array.dtype})")
-    if kind == "f" and array.dtype.itemsize > 8:  # all is computed in float64
+    check_real(name, array.dtype)
+    if array.dtype.kind == "f" and array.dtype.itemsize > 8:  # all is computed in float64
         with np.errstate(over="ignore"):
             narrow = array.astype(np.float64)
         check_finite(name, narrow, " in float64")
         return narrow
     return array
+
+
+def is_real_dtype(dtype: np.dtype[Any]) -> bool:
+    """Say whether arrays of that dtype hold real numbers."""
+    return dtype.kind in "iuf"
+
+
+def check_real(name: str, dtype: np.dtype[Any]) -> None:
+    """Raise a TypeError unless arrays of that dtype hold real numbers."""
+    if not is_real_dtype(dtype):
+        what = _REFUSED.get(dtype.kind, "values of another kind")
+        raise TypeError(f"{name}: expected real numbers, got {what} (dtype {dtype})")
 
 
 def check_finite(name: str, array: Array, where: str = "") -> None:

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from npss import published as published_rows
+from npss._arrays import MAX_SIZE
+from npss._checks import positive_number
 from npss._fields import Value, check_names
 from npss._records import Record
 from npss._report import Report
@@ -31,6 +33,7 @@ def leaderboard(
     level: float = 0.95,
     seed: int = 0,
     extra: Mapping[str, Value] | None = None,
+    max_size: float = MAX_SIZE,
     **context: Value,
 ) -> Leaderboard:
     """Rank models: scores with intervals, and marks where a difference is more than chance.
@@ -53,6 +56,8 @@ def leaderboard(
         Of the generators behind intervals and tests.
     extra : mapping of str to str, int, float or bool; optional
         Fields of one's own that the signatures of numbers measured from files state.
+    max_size : float, optional
+        How much memory the arrays of one file of samples may take, in GiB; a file that declares more is refused.
     **context
         Known fields that these signatures state, such as ``protocol='srnn-8'``; see `signature`.
 
@@ -101,7 +106,7 @@ def leaderboard(
     from npss._leaderboard_frame import Leaderboard
 
     own = check_names(leaderboard, context, extra, MEASURED)
-    results = _results(source, {**context, "extra": own} if own else context)
+    results = _results(source, positive_number("max_size", max_size), {**context, "extra": own} if own else context)
     if not results:
         raise ValueError("source: nothing to rank in it")
     if published:
@@ -113,7 +118,7 @@ def leaderboard(
     return Leaderboard.of(found, notes(found, level=level, seed=seed), by=by, level=level)
 
 
-def _results(source: Any, context: Mapping[str, Any]) -> list[Result]:
+def _results(source: Any, max_size: float, context: Mapping[str, Any]) -> list[Result]:
     if isinstance(source, str | PathLike):
         source = [source]
     if not isinstance(source, Iterable):
@@ -125,7 +130,7 @@ def _results(source: Any, context: Mapping[str, Any]) -> list[Result]:
     if isinstance(source, Mapping):
         return [result_of_report(*named) for named in _reports(source)]
     if paths:
-        several = read_all([Path(one) for one in several], **context)
+        several = read_all([Path(one) for one in several], max_size=max_size, **context)
     elif not all(isinstance(one, Mapping) for one in several):
         raise TypeError(f"source: expected paths, or records, got {several!r:.200}")
     return [result for record in several for result in results_of_record(record)]

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
 from typing import Any, ClassVar
 
 from npss import _render
 from npss._bootstrap import METHOD
 from npss._standings import TEST, Standing
+from npss._write import write_atomically
 
 try:
     import pandas as pd
+    from pandas.io.common import infer_compression
 except ImportError:
     raise ImportError("npss.leaderboard needs pandas: pip install 'npss[pandas]'") from None
 
@@ -84,7 +88,12 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
         return _render.to_html(self.standings, self.notes, by=self.by, digits=digits)
 
     def to_csv(self, path: Any = None) -> str | None:
-        """Write ``tidy`` as CSV, unrounded, to a file, or return it."""
+        """Write ``tidy`` as CSV, unrounded, to a file (its path, or what is open for writing), or return it."""
+        if isinstance(path, str | PathLike):
+            # pandas would see from the path, which is another one while it is written, whether to compress.
+            tidy, how = self.tidy, infer_compression(path, "infer")
+            write_atomically(Path(path), lambda part: tidy.to_csv(part, index=False, compression=how))
+            return None
         written: str | None = self.tidy.to_csv(path, index=False)
         return written
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from npss._arrays import MAX_SIZE
 from npss._checks import Float64
 from npss._files import Pair, read_poses
+from npss._json import read_json
 from npss._names import names_of_paths
 from npss._poses import poses_to_euler
 from npss._progress import Progress
@@ -31,11 +32,11 @@ MEASURED = ("representation", "frames", "fps", "unwrap", "columns", "average")
 Submissions = Mapping[str, Mapping[str, Pair]]
 
 
-def read_submissions(paths: Iterable[Path]) -> dict[str, dict[str, Pair]]:
+def read_submissions(paths: Iterable[Path], *, max_size: float = MAX_SIZE) -> dict[str, dict[str, Pair]]:
     """Read one file of samples for each model, and of a folder all that are in it.
 
     A model is called as its file, ``MODEL.h5``; or as its folder, where the file is ``MODEL/samples.h5``; with as much
-    of the path before it as it takes to tell two apart.
+    of the path before it as it takes to tell two apart. The arrays of one file may take `max_size` GiB of memory.
 
     Raises
     ------
@@ -43,7 +44,8 @@ def read_submissions(paths: Iterable[Path]) -> dict[str, dict[str, Pair]]:
         If there are none, a file is there twice, a prediction has another shape than its ground truth, or the ground
         truths of two models differ: names the file, or the models.
     """
-    found = {model: read_actions(file) for model, file in names_of_paths(sample_files(paths)).items()}
+    files = names_of_paths(sample_files(paths))
+    found = {model: read_actions(file, max_size=max_size) for model, file in files.items()}
     if TRUTH in found:
         raise ValueError(f"no model may be called {TRUTH!r}")
     check_truths(found)
@@ -73,9 +75,9 @@ def _hidden(file: Path, folder: Path) -> bool:
     return any(part.startswith(".") for part in file.relative_to(folder).parts)
 
 
-def read_actions(file: Path) -> dict[str, Pair]:
+def read_actions(file: Path, *, max_size: float = MAX_SIZE) -> dict[str, Pair]:
     """Read a file of samples, by action, each prediction of the shape of its ground truth."""
-    pairs = {str(pair.name): pair for pair in read_poses(file)}
+    pairs = {str(pair.name): pair for pair in read_poses(file, max_size=max_size)}
     for action, pair in pairs.items():
         if pair.gt.shape != pair.pred.shape:
             raise ValueError(
@@ -147,19 +149,16 @@ def records_of(submissions: Submissions, **context: Any) -> list[Record]:
 
 def read_records(path: Path) -> list[Record]:
     """Read records from JSON, as ``python -m baselines evaluate --format json`` prints them."""
-    try:
-        records = json.loads(path.read_text(encoding="utf-8"))
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise ValueError(f"{path}: not JSON ({error})") from error
+    records = read_json(path)
     if not isinstance(records, list) or not all(isinstance(record, dict) for record in records):
         raise ValueError(f"{path}: expected a list of records")
     return records
 
 
-def read_all(paths: Sequence[Path], **context: Any) -> list[Record]:
+def read_all(paths: Sequence[Path], *, max_size: float = MAX_SIZE, **context: Any) -> list[Record]:
     """Read records from ``.json`` files, and measure the predictions that the others hold."""
     records = [record for path in paths if path.suffix == ".json" for record in read_records(path)]
     samples = [path for path in paths if path.suffix != ".json"]
     if context and not samples:
         raise ValueError(f"{next(iter(context))}: records state their own; it is for files of samples")
-    return records + (records_of(read_submissions(samples), **context) if samples else [])
+    return records + (records_of(read_submissions(samples, max_size=max_size), **context) if samples else [])

@@ -13,10 +13,13 @@ def read_text(path: Path) -> str:
     Raises
     ------
     ValueError
-        If it is not UTF-8; says so where it is UTF-16, which some programs write.
+        If it is not UTF-8; says so where it is UTF-16, which some programs write. If it is a named pipe, to which
+        nobody may ever write.
     OSError
         If it cannot be read.
     """
+    if path.resolve().is_fifo():  # those of a shell, such as /dev/stdin, have no other name
+        raise ValueError(f"{path}: expected a file, got a named pipe")
     content = path.read_bytes()
     if content.startswith(_UTF16_MARKS):
         raise ValueError(f"{path}: the text is UTF-16; save it as UTF-8")

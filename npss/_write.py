@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,18 @@ def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
         raise OSError(error.errno, f"cannot write {path}: {error.strerror or error}") from error
     finally:
         part.unlink(missing_ok=True)
+
+
+def write_figure_atomically(path: Path, figure: Any) -> None:
+    """Write a figure of matplotlib as `write_atomically` does, in the format that the end of the name says, or PNG."""
+    content = BytesIO()  # matplotlib would leave the file open where the disk is full
+    figure.savefig(content, format=path.suffix[1:] or "png")
+    write_bytes_atomically(path, content.getbuffer())
+
+
+def write_bytes_atomically(path: Path, content: bytes | memoryview) -> None:
+    """Write bytes as `write_atomically` does."""
+    write_atomically(path, lambda part: part.write_bytes(content))
 
 
 def write_text_atomically(path: Path, text: str) -> None:

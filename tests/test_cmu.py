@@ -50,10 +50,10 @@ def motion(n_frames, seed=0):
 @pytest.fixture(scope="module")
 def root(tmp_path_factory):
     root = tmp_path_factory.mktemp("cmu")
-    (root / "clips.csv").write_text(CSV)
+    (root / "clips.csv").write_text(CSV, encoding="utf-8")
     for i, name in enumerate(["02_01", "02_02", "03_01", "13_30"]):
         (root / name[:2]).mkdir(exist_ok=True)
-        (root / name[:2] / f"{name}.bvh").write_text(motion(LEAD_IN + 1 + i, seed=i))
+        (root / name[:2] / f"{name}.bvh").write_text(motion(LEAD_IN + 1 + i, seed=i), encoding="utf-8")
     return root
 
 
@@ -67,7 +67,7 @@ def styles(tmp_path_factory):
     styles = tmp_path_factory.mktemp("styles")
     for i, name in enumerate(["salsa/03", "indian/14", "indian/04", "salsa/01"]):
         (styles / name).parent.mkdir(exist_ok=True)
-        (styles / f"{name}.bvh").write_text(motion(LEAD_IN + 2, seed=i))
+        (styles / f"{name}.bvh").write_text(motion(LEAD_IN + 2, seed=i), encoding="utf-8")
     return styles
 
 
@@ -111,7 +111,7 @@ class TestClips:
             list(cmu_clips(root, progress=progress))
 
     def test_nothing_is_read_before_it_is_asked_for(self, copy):
-        (copy / "02/02_02.bvh").write_text("broken")
+        (copy / "02/02_02.bvh").write_text("broken", encoding="utf-8")
         clips = cmu_clips(copy)
         assert next(clips).name == "02_01"
         with pytest.raises(ValueError, match=r"02.02_02.bvh: line 1: expected HIERARCHY, got 'broken'"):
@@ -144,13 +144,23 @@ class TestErrors:
         ],
     )
     def test_listing(self, copy, old, new, message):
-        (copy / "clips.csv").write_text(CSV.replace(old, new, 1))
+        (copy / "clips.csv").write_text(CSV.replace(old, new, 1), encoding="utf-8")
         with pytest.raises(ValueError, match=f"copy.clips.csv: .*({message})"):
+            cmu_clips(copy)
+
+    @pytest.mark.parametrize("mark", ["", "\ufeff"])
+    def test_listing_with_a_mark_and_other_ends_of_lines(self, copy, mark):
+        (copy / "clips.csv").write_bytes((mark + CSV.replace("\n", "\r\n")).encode())
+        assert next(cmu_clips(copy)).name == "02_01"
+
+    def test_listing_is_utf16(self, copy):
+        (copy / "clips.csv").write_bytes(CSV.encode("utf-16"))
+        with pytest.raises(ValueError, match=r"clips\.csv: the text is UTF-16; save it as UTF-8"):
             cmu_clips(copy)
 
     def test_listing_is_no_text(self, copy):
         (copy / "clips.csv").write_bytes(CSV.encode() + b"\xff")
-        with pytest.raises(ValueError, match=r"clips.csv: line 6 is not UTF-8 text"):
+        with pytest.raises(ValueError, match=r"clips\.csv: line 6 is not UTF-8 text"):
             cmu_clips(copy)
 
     def test_missing_files(self, copy):
@@ -180,14 +190,14 @@ class TestErrors:
 
     def test_another_skeleton(self, styles, tmp_path):
         (tmp_path / "salsa").mkdir()
-        text = (styles / "salsa/01.bvh").read_text().replace("lShldr", "LeftShoulder")
-        (tmp_path / "salsa/01.bvh").write_text(text)
+        text = (styles / "salsa/01.bvh").read_text(encoding="utf-8").replace("lShldr", "LeftShoulder")
+        (tmp_path / "salsa/01.bvh").write_text(text, encoding="utf-8")
         with pytest.raises(ValueError, match=r"salsa.01.bvh: no joint lShldr: another skeleton"):
             next(styles_clips(tmp_path))
 
     @pytest.mark.parametrize("n_frames", [1, LEAD_IN])
     def test_no_frames_beyond_the_lead_in(self, copy, n_frames):
-        (copy / "02/02_01.bvh").write_text(motion(n_frames))
+        (copy / "02/02_01.bvh").write_text(motion(n_frames), encoding="utf-8")
         with pytest.raises(ValueError, match=rf"02.02_01.bvh: {n_frames} frames, of which the first 8 do not count"):
             next(cmu_clips(copy))
 
@@ -201,7 +211,7 @@ class TestRealMotion:
         return clips[:-1]  # 07_12: see `cmu_clips`
 
     def test_listing(self, cmu_root):
-        with (cmu_root / "clips.csv").open(newline="") as file:
+        with (cmu_root / "clips.csv").open(encoding="utf-8", newline="") as file:
             names = [row["clip"] for row in csv.DictReader(file)]
         assert len(names) == 142
         assert next(cmu_clips(cmu_root)).name == names[0]

@@ -171,6 +171,8 @@ class TestScore:
 
     def test_without_h5py(self, capsys, tmp_path, monkeypatch):
         monkeypatch.setitem(sys.modules, "h5py", None)
+        monkeypatch.delitem(sys.modules, "npss._h5", raising=False)
+        (tmp_path / "samples.h5").write_bytes(b"")
         status, _, err = run(capsys, "score", tmp_path / "samples.h5")
         assert status == 2
         assert "needs h5py: pip install 'npss[h5]'" in err
@@ -204,22 +206,22 @@ def broken(tmp_path, poses):
     with h5py.File(tmp_path / "empty.h5", "w") as file:
         file["expmap/gt/walking_0"] = h5py.Empty("f")
     for suffix in (".npy", ".npz", ".h5"):
-        (tmp_path / f"text{suffix}").write_text("not what its name says\n")
-        (tmp_path / f"nothing{suffix}").write_text("")
+        (tmp_path / f"text{suffix}").write_text("not what its name says\n", encoding="utf-8")
+        (tmp_path / f"nothing{suffix}").write_text("", encoding="utf-8")
     (tmp_path / "folder.npy").mkdir()
     yield ["good.npy"], "one file alone is expected to be .h5 or .npz samples"
     yield ["good.npy", "good.npy", "good.npy"], "expected GT and PRED, or SAMPLES alone, got 3 files"
     yield ["good.npy", "missing.npy"], "missing.npy: No such file"
-    yield ["good.npy", "folder.npy"], "folder.npy: Is a directory"
+    yield ["good.npy", "folder.npy"], "folder.npy: expected a file, got a folder"
     yield ["good.npy", "other.npy"], "pred: its shape (1, 10, 3) differs"
     yield ["good.npy", "nan.npy"], "pred: nan at index (1, 2, 0)"
     yield ["one_axis.npy", "one_axis.npy"], "gt: expected shape (N, T, D) or (T, D)"
     yield ["good.npy", "text.csv"], "text.csv: expected a .npy or .npz file"
-    for suffix in (".npy", ".npz"):
-        for name in ("text", "nothing", "object"):
-            yield ["good.npy", f"{name}{suffix}"], f"{name}{suffix}: not a readable {suffix} file"
-    yield ["good.npy", "empty.npz"], "empty.npz: no arrays in it"
-    yield ["a.npz", "c.npz"], "without a partner: b, c"
+    for name in ("text.npy", "text.npz", "nothing.npy", "nothing.npz", "object.npy"):
+        yield ["good.npy", name], f"{name}: not a readable {name[-4:]} file"
+    yield ["good.npy", "object.npz"], "object.npz: no motion in it, an array (N, T, D) or (T, D) of numbers; arrays: a"
+    yield ["good.npy", "empty.npz"], "empty.npz: no motion in it, an array (N, T, D) or (T, D) of numbers; arrays: none"
+    yield ["a.npz", "c.npz"], "without a partner: b, c; --key NAME chooses one"
     yield ["text.h5"], "text.h5: "
     yield ["nothing.h5"], "nothing.h5: "
     yield ["a.npz"], "a.npz: no arrays expmap/gt/ACTION_i"
@@ -232,7 +234,7 @@ def broken(tmp_path, poses):
     yield ["nan.npz"], "nan.npz: expmap/preds/walking_1: nan at index (0, 0)"
     yield ["twice.npz"], "expmap/gt/walking_01 is there twice"
     yield ["nan_curve.npz"], "mean_walking_error: nan at index (0,)"
-    yield ["empty.h5"], "empty.h5: expmap/gt/walking_0: expected real numbers, got Python objects"
+    yield ["empty.h5"], "empty.h5: expmap/gt/walking_0: a data set without values"
     yield ["samples.npz", "--fps", "30"], "leave out --expmap, --representation and --fps"
     yield ["samples.npz", "--expmap"], "leave out --expmap, --representation and --fps"
     yield ["good.npy", "good.npy", "--expmap", "--representation", "quaternions"], "--representation: with --expmap"

@@ -13,7 +13,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "comparing.md"
 @pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
 def test_the_program_says_what_the_page_promises(tmp_path):
     pytest.importorskip("pandas")
-    (program,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), flags=re.M | re.S)
+    (program,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path, timeout=120)
     assert done.returncode == 0, done.stderr
     for said in ("of the score", "p = 0.00781", "8 constant predictions", "NPSS paper", "npss|version:1|"):

@@ -77,8 +77,8 @@ class TestOpening:
     def test_files_of_the_same_size_are_no_leak(self, made, tmp_path):
         shutil.copytree(made, tmp_path / "same")
         folder = tmp_path / "same/dataset"
-        text = (folder / "S5/walking_2.txt").read_text()
-        (folder / "S6/posing_1.txt").write_text(text[:-2] + str((int(text[-2]) + 1) % 10) + "\n")
+        text = (folder / "S5/walking_2.txt").read_text(encoding="utf-8")
+        (folder / "S6/posing_1.txt").write_text(text[:-2] + str((int(text[-2]) + 1) % 10) + "\n", encoding="utf-8")
         assert (folder / "S6/posing_1.txt").stat().st_size == (folder / "S5/walking_2.txt").stat().st_size
         h36m.open_root(folder)
 
@@ -94,7 +94,9 @@ class TestReading:
     def test_the_numbers(self, made):
         rows = h36m.load(h36m.open_root(made), 5, "walking", 1)
         path = made / "dataset/S5/walking_1.txt"
-        expected = [[float(field) for field in line.split(",")] for line in path.read_text().splitlines()]
+        expected = [
+            [float(field) for field in line.split(",")] for line in path.read_text(encoding="utf-8").splitlines()
+        ]
         assert rows.dtype == np.float32
         assert np.array_equal(rows, np.array(expected).astype(np.float32))
 
@@ -103,6 +105,12 @@ class TestReading:
         half = h36m.load(data, 6, "walking", 1, fps=25)
         assert np.array_equal(half, h36m.load(data, 6, "walking", 1)[::2])
         assert half.flags["C_CONTIGUOUS"]
+
+    def test_a_byte_order_mark_is_skipped(self, broken):
+        data = broken("\ufeff" + row())
+        marked = h36m.load(data, 1, "walking", 1)
+        (data.folder / "S1/walking_1.txt").write_text(row(), encoding="utf-8")
+        assert np.array_equal(marked, h36m.load(data, 1, "walking", 1))
 
     def test_one_row(self, made):
         assert h36m.load(h36m.open_root(made), 6, "posing", 1).shape == (1, 99)
@@ -129,7 +137,8 @@ class TestReading:
             (row(_98="1e39"), "line 1, column 98 .*: '1e39' is not a finite number"),
             (row(_2="1_0"), "could not convert string '1_0'"),
             (row(_2="# 3"), "line 1, column 2 .*: '# 3' is not a number"),
-            (b"\xff\xfe\x00", "line 1 has 1 columns"),
+            (b"\xff\xfe\x00", "the text is UTF-16; save it as UTF-8"),
+            (row().encode() + b"\n\xff", "line 2 is not UTF-8 text"),
         ],
     )
     @pytest.mark.filterwarnings("error")
@@ -172,7 +181,7 @@ class TestCache:
     def test_it_is_never_stale(self, broken, tmp_path):
         data = broken(row(), cache=tmp_path / "cache")
         assert h36m.load(data, 1, "walking", 1)[0, 0] == 0.5
-        (data.folder / "S1/walking_1.txt").write_text(row(_0="0.6000000"))
+        (data.folder / "S1/walking_1.txt").write_text(row(_0="0.6000000"), encoding="utf-8")
         assert h36m.load(data, 1, "walking", 1)[0, 0] == np.float32(0.6)
 
     @pytest.mark.parametrize("damage", ["empty", "cut", "other", "pickle"])
@@ -311,7 +320,7 @@ class TestHuman36M:
         data = h36m.open_root(h36m_root)
         subject, action, clip = name.replace("_", "/").split("/")
         rows = h36m.load(data, int(subject[1:]), action, int(clip))
-        text = (data.folder / f"{name}.txt").read_text().replace("\n", ",").rstrip(",")
+        text = (data.folder / f"{name}.txt").read_text(encoding="utf-8").replace("\n", ",").rstrip(",")
         assert np.array_equal(rows.ravel(), np.array([float(field) for field in text.split(",")]).astype(np.float32))
         assert np.array_equal(rows, np.loadtxt(data.folder / f"{name}.txt", delimiter=",", dtype=np.float32))
 

@@ -47,7 +47,7 @@ def folder(tmp_path_factory, poses):
     write(root / "close.npz", gt, {"walking": poses["close"], "eating": poses["far"]})
     write(root / "far_$off.npz", gt, {"walking": poses["far"], "eating": poses["close"]})
     write(root / "half & half.npz", gt, {"walking": (poses["close"] + poses["far"]) / 2})
-    (root / "notes.txt").write_text("not a prediction")
+    (root / "notes.txt").write_text("not a prediction", encoding="utf-8")
     return root
 
 
@@ -118,7 +118,7 @@ class TestSources:
         board = npss.leaderboard(records)
         assert board.loc["repeat-50", ("gait", "NPSS paper")] == records[1]["npss"]["paper"]
         assert board.tidy.set_index(["model", "column"]).loc[("repeat-50", "NPSS paper"), "low"] > 0
-        (tmp_path / "records.json").write_text(printed)
+        (tmp_path / "records.json").write_text(printed, encoding="utf-8")
         pd.testing.assert_frame_equal(npss.leaderboard(tmp_path / "records.json").tidy, board.tidy)
 
         assert baselines(command) == 0  # without --sequences
@@ -176,7 +176,7 @@ class TestSources:
             npss.leaderboard(tmp_path / name)
 
     def test_files_of_another_kind(self, tmp_path):
-        (tmp_path / "notes.txt").write_text("")
+        (tmp_path / "notes.txt").write_text("", encoding="utf-8")
         with pytest.raises(ValueError, match=r"notes\.txt: expected samples"):
             npss.leaderboard(tmp_path / "notes.txt")
 
@@ -229,8 +229,21 @@ class TestSources:
     def test_broken_records(self, tmp_path, text):
         path = tmp_path / "records.json"
         path.write_bytes(text.encode("latin-1"))
-        with pytest.raises(ValueError, match=r"records\.json: (not JSON|expected a list of records)"):
+        with pytest.raises(ValueError, match=r"records\.json: (not JSON|expected a list of records|line 1 is not)"):
             npss.leaderboard(path)
+
+    def test_how_records_are_written(self, capsys, tmp_path):
+        path = tmp_path / "records.json"
+        text = json.dumps([TestPublished().record()])
+        path.write_text(text, encoding="utf-8-sig")
+        assert len(npss.leaderboard(path)) == 1
+        for encoding, written, message in (
+            ("utf-16", text, "the text is UTF-16; save it as UTF-8"),
+            ("utf-8", "[" * 100_000, "not JSON that can be read: nested too deep"),
+        ):
+            path.write_text(written, encoding=encoding)
+            assert main(["leaderboard", str(path)]) == 2
+            assert capsys.readouterr().err == f"npss: error: {path}: {message}\n"
 
     def test_sorted_by_a_column(self, folder):
         board = npss.leaderboard(folder, by="Euler error 80 ms")
@@ -384,7 +397,7 @@ class TestWritten:
         rows = list(csv.DictReader(io.StringIO(board.to_csv())))
         assert [float(row["value"]) for row in rows] == list(board.tidy["value"])
         board.to_csv(tmp_path / "board.csv")
-        assert (tmp_path / "board.csv").read_text() == board.to_csv()
+        assert (tmp_path / "board.csv").read_text(encoding="utf-8") == board.to_csv()
 
     def test_an_infinite_end_is_written(self, poses):
         gt = poses["gt"][:3, :, ANGLES]

@@ -114,7 +114,7 @@ class TestCommands:
     def test_a_clip_of_ones_choice(self, run, tmp_path, capsys):
         options = [str(run), "--quick", "-o", str(tmp_path / "picture.svg")]
         assert main(["manifold", "fill", *options, "--clip", "gait/1"]) == 0
-        assert "gait/1: gait; held out" in (tmp_path / "picture.svg").read_text()
+        assert "gait/1: gait; held out" in (tmp_path / "picture.svg").read_text(encoding="utf-8")
         assert main(["manifold", "fill", *options, "--clip", "gait/5"]) == 2  # not held out
         assert "CLIP: 0 of 2 clips are called 'gait/5'" in capsys.readouterr().err
         assert main(["manifold", "interpolate", *options, "--clips", "gait/1", "gait/5"]) == 0
@@ -129,7 +129,7 @@ class TestCommands:
         assert [r["value"] for r in printed] == pytest.approx([r["value"] for r in expected], rel=1e-4)
         assert main(["manifold", "distance", *options, "--format", "table"]) == 0
         assert f"manifold   g         {printed[0]['value']:.4f}" in capsys.readouterr().out
-        assert "g by manifold" in (tmp_path / "pair.svg").read_text()
+        assert "g by manifold" in (tmp_path / "pair.svg").read_text(encoding="utf-8")
 
     def test_nearest(self, run, bench, tmp_path, capsys):
         picture = tmp_path / "near.svg"

@@ -16,7 +16,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "manifold.md"
 def test_the_commands_do_what_the_page_says(tmp_path, monkeypatch, capsys):
     pytest.importorskip("matplotlib")
     monkeypatch.chdir(tmp_path)
-    (commands,) = re.findall(r"^```sh\n(.*?)^```", PAGE.read_text(), flags=re.M | re.S)
+    (commands,) = re.findall(r"^```sh\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S)
     for command in commands.splitlines():
         python, dash_m, package, *arguments = shlex.split(command)
         assert (python, dash_m, package) == ("python", "-m", "baselines")

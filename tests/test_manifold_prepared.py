@@ -282,7 +282,7 @@ def two_files(tmp_path, monkeypatch):
     root = tmp_path / "cmu"
     (root / "02").mkdir(parents=True)
     for name in ("02/02_01.bvh", "02/02_02.bvh"):
-        (root / name).write_text("HIERARCHY")
+        (root / name).write_text("HIERARCHY", encoding="utf-8")
         os.utime(root / name, (1e9, 1e9))
     reads = []
 
@@ -304,7 +304,7 @@ def test_what_is_cached_is_read_again_when_a_file_changes(two_files):
     os.utime(root / "02/02_01.bvh", (1e9, 1e9 + 1))
     motion_set(root, cache=cache)
     assert len(reads) == 2
-    (root / "02/02_01.bvh").write_text("HIERARCH")
+    (root / "02/02_01.bvh").write_text("HIERARCH", encoding="utf-8")
     os.utime(root / "02/02_01.bvh", (1e9, 1e9 + 1))
     motion_set(root, cache=cache)
     assert len(reads) == 3

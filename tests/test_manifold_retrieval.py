@@ -197,7 +197,7 @@ class TestLabels:
         ]
 
     def test_every_label_is_there(self, cmu_root):
-        with (cmu_root / "clips.csv").open() as file:
+        with (cmu_root / "clips.csv").open(encoding="utf-8") as file:
             counts = Counter(label_of(row["description"]) for row in csv.DictReader(file))
         assert set(counts) == {*KEYWORDS, ""}
         assert {label: counts[label] for label in ("walk", "run", "dance", "climb", "")} == {

@@ -80,7 +80,7 @@ def outcome(out):
         "optimizers": checkpoint["optimizer_states"],
         "chunk": checkpoint["global_step"],
         "kept": load_file(out / runs.FILE),
-        "metrics": (out / METRICS).read_text(),
+        "metrics": (out / METRICS).read_text(encoding="utf-8"),
     }
 
 
@@ -268,7 +268,7 @@ def test_training_is_the_plain_loop(sets, tmp_path):
     projected = runs.load(tmp_path).projector.project(validation_set.windows)
     distances = np.linalg.norm(local_positions(projected) - local_positions(validation_set.windows), axis=-1)
     assert rows[-1]["error"] == pytest.approx(distances[validation_set.mask].mean(), rel=1e-5)
-    with (tmp_path / METRICS).open() as file:
+    with (tmp_path / METRICS).open(encoding="utf-8") as file:
         read = list(csv.DictReader(file))
     assert [float(row["error"]) for row in read] == [row["error"] for row in rows]
 
@@ -528,11 +528,23 @@ def test_what_is_no_stage(fields, error, message):
 )
 def test_a_file_that_is_no_configuration_is_named(tmp_path, stated, message):
     file = tmp_path / "some.json"
-    file.write_text(json.dumps(stated))
+    file.write_text(json.dumps(stated), encoding="utf-8")
     with pytest.raises(ValueError, match=rf"some\.json: {message}"):
         config.read(file)
     file.write_bytes(b"\xff{")
-    with pytest.raises(ValueError, match=r"some\.json: Expecting value"):
+    with pytest.raises(ValueError, match=r"some\.json: line 1 is not UTF-8 text"):
+        config.read(file)
+
+
+def test_how_a_configuration_is_written_does_not_matter(tmp_path):
+    file = tmp_path / "some.json"
+    file.write_text('{"name": "manifold"}', encoding="utf-8-sig")
+    assert config.read(file).name == "manifold"
+    file.write_text('{"name": "manifold"}', encoding="utf-16")
+    with pytest.raises(ValueError, match=r"some\.json: the text is UTF-16"):
+        config.read(file)
+    file.write_text("[" * 100_000, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"some\.json: not JSON that can be read: nested too deep"):
         config.read(file)
 
 

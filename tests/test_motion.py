@@ -147,7 +147,7 @@ class TestHuman36m:
 
     def test_nothing_is_read_before_it_is_asked_for(self, root, tmp_path):
         (tmp_path / "dataset/S1").mkdir(parents=True)
-        (tmp_path / "dataset/S1/walking_1.txt").write_text("broken")
+        (tmp_path / "dataset/S1/walking_1.txt").write_text("broken", encoding="utf-8")
         clips = h36m_clips(tmp_path, subjects=[1])
         with pytest.raises(ValueError, match=r"S1.walking_1.txt: line 1 has 1 columns"):
             next(clips)

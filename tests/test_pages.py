@@ -285,7 +285,7 @@ def folder(tmp_path):
     save(tmp_path / "zero.npz", np.repeat(truth[:, :1], 10, axis=1), gt=truth)
     save(tmp_path / "model.v2.npz", random_gait(1), gt=truth + 5e-4)
     save(tmp_path / "other.npz", random_gait(2), gt=truth)
-    (tmp_path / "notes.txt").write_text("not read")
+    (tmp_path / "notes.txt").write_text("not read", encoding="utf-8")
     return tmp_path
 
 

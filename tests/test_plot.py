@@ -499,8 +499,8 @@ def test_text_can_be_read():
 
 @pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
 def test_the_program_of_the_page(tmp_path):
-    (program,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), flags=re.M | re.S)
-    (tmp_path / "program.py").write_text(program)
+    (program,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S)
+    (tmp_path / "program.py").write_text(program, encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "-W", "error", "program.py"], capture_output=True, text=True, cwd=tmp_path, timeout=240
     )

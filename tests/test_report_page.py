@@ -102,14 +102,14 @@ def test_a_perfect_prediction_has_no_shares_and_a_short_one_no_strip(tmp_path, n
     names = [f"expmap/{kind}/walking_{i}" for kind in ("gt", "preds") for i in range(2)]
     np.savez(tmp_path / "perfect.npz", **dict(zip(names, [*gt, *gt], strict=True)))
     assert main(["report", str(tmp_path), "-o", str(tmp_path / "page.html")]) == 0
-    assert (tmp_path / "page.html").read_text().count("<figure>") == pictures
+    assert (tmp_path / "page.html").read_text(encoding="utf-8").count("<figure>") == pictures
 
 
 def test_the_pictures_state_what_the_tables_state(folder, tmp_path):
     path = tmp_path / "page.html"
     command = ["report", str(folder), "-o", str(path), "--by", "NPSS released", "--protocol", "mine"]
     assert main(command) == 0
-    page = path.read_text()
+    page = path.read_text(encoding="utf-8")
     pictures = [
         base64.b64decode(picture).decode() for picture in re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', page)
     ]

@@ -18,7 +18,9 @@ NEEDS = {"concurrent.futures": "numpy", "dask": "distributed", "torch.distribute
 def programs():
     if not PAGE.exists():
         return {}
-    sections = re.findall(r"^## `?([\w.]+)`?.*?^```python\n(.*?)^```", PAGE.read_text(), flags=re.M | re.S)
+    sections = re.findall(
+        r"^## `?([\w.]+)`?.*?^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S
+    )
     return dict(sections)
 
 
@@ -31,7 +33,7 @@ def test_the_page_has_the_three():
 def test_gives_the_bits_of_one_pass(name, tmp_path):
     pytest.importorskip(NEEDS[name])
     program = tmp_path / "program.py"
-    program.write_text(programs()[name])
+    program.write_text(programs()[name], encoding="utf-8")
     done = subprocess.run(
         [sys.executable, str(program)],
         capture_output=True,

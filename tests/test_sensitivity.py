@@ -245,7 +245,7 @@ class TestCommand:
         status, out, _ = run("--synthetic", "-o", tmp_path / "picture.svg")
         assert status == 0
         assert json.loads(out)
-        assert "<svg" in (tmp_path / "picture.svg").read_text()
+        assert "<svg" in (tmp_path / "picture.svg").read_text(encoding="utf-8")
 
     def test_a_picture_of_no_known_kind(self, run, tmp_path):
         pytest.importorskip("matplotlib")
@@ -362,7 +362,7 @@ def rows_of(records):
 
 def documented(section):
     """Return the rows of the table in a section of the page."""
-    text = PAGE.read_text().partition(f"### {section}\n")[2].partition("\n#")[0]
+    text = PAGE.read_text(encoding="utf-8").partition(f"### {section}\n")[2].partition("\n#")[0]
     rows = [line for line in text.splitlines() if re.match(r"\| (zero|tempo|skip|phase|noise|offset)", line)]
     assert len(rows) > 8
     return {tuple(cell.strip() for cell in row.strip("|").split("|")) for row in rows}

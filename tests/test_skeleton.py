@@ -326,7 +326,7 @@ def test_the_skeleton_is_that_of_the_published_files(samples_root):
     description = samples_root.parent / "skeleton_h36m.json"
     if not description.is_file():
         pytest.skip("needs skeleton_h36m.json beside the folder of samples")
-    published = json.loads(description.read_text())
+    published = json.loads(description.read_text(encoding="utf-8"))
     assert list(H36M.names) == published["joint_names"]
     assert list(H36M.parents) == published["parents"]
     assert H36M.offsets.tolist() == published["offsets_mm"]

@@ -59,7 +59,7 @@ def small(tmp_path):
         for number, (pair, choice) in enumerate(zip(pairs, choices.split(), strict=True), start=1)
     ]
     path = tmp_path / "small.csv"
-    path.write_text("\n".join([HEADER, *lines, ""]))
+    path.write_text("\n".join([HEADER, *lines, ""]), encoding="utf-8")
     return path
 
 
@@ -73,7 +73,7 @@ def records(scores, **more):
 
 
 def write(path, value):
-    path.write_text(json.dumps(value))
+    path.write_text(json.dumps(value), encoding="utf-8")
     return path
 
 
@@ -110,7 +110,7 @@ class TestVotesAlone:
 
     def test_without_kappa(self, call, small, tmp_path):
         fewer = tmp_path / "fewer.csv"
-        fewer.write_text("\n".join(small.read_text().splitlines()[:-1]) + "\n")
+        fewer.write_text("\n".join(small.read_text(encoding="utf-8").splitlines()[:-1]) + "\n")
         _, out, _ = call(fewer)
         assert (
             "fleiss_kappa of gait is not defined: question 1 of gait was answered by 3 participants, "
@@ -120,11 +120,13 @@ class TestVotesAlone:
         assert json.loads(out)["overall"]["fleiss_kappa"] is None
 
     def test_a_file_of_each_participant(self, call, small, tmp_path):
-        lines = small.read_text().splitlines()[1:]
+        lines = small.read_text(encoding="utf-8").splitlines()[1:]
         parts = []
         for who in ("p1", "p2", "p3"):
             parts.append(tmp_path / f"{who}.csv")
-            parts[-1].write_text("\n".join([HEADER, *(line for line in lines if f",{who}," in line), ""]))
+            parts[-1].write_text(
+                "\n".join([HEADER, *(line for line in lines if f",{who}," in line), ""]), encoding="utf-8"
+            )
         assert call(*parts) == call(small)
 
 
@@ -237,7 +239,7 @@ class TestScores:
         measured = [evaluate(name, PREDICTORS[name], task) for name in ("zero-velocity", "repeat-50")]
         path = write(tmp_path / "records.json", measured)
         votes = tmp_path / "votes.csv"
-        votes.write_text(f"{HEADER}\ngait,1,0,zero-velocity,repeat-50,p1,B\n")
+        votes.write_text(f"{HEADER}\ngait,1,0,zero-velocity,repeat-50,p1,B\n", encoding="utf-8")
         told = json.loads(call(votes, "--scores", path, "--format", "json")[1])
         assert list(told["metrics"]) == ["paper", "released", "literal", "euler_error"]
         for metric, of in told["metrics"].items():
@@ -268,14 +270,14 @@ class TestErrors:
             assert "records: expected finite numbers as euler_error" in call(small, "--scores", write(path, [one]))[2]
         one = {"model": "one", "action": "gait", "signatures": {"paper": ["npss"]}}
         assert "records.json: record 0: its signatures are no texts" in call(small, "--scores", write(path, [one]))[2]
-        path.write_text("{")
+        path.write_text("{", encoding="utf-8")
         assert "records.json: not JSON" in call(small, "--scores", path)[2]
         path.write_bytes(b"\xff")
-        assert "records.json: not JSON" in call(small, "--scores", path)[2]
+        assert "records.json: line 1 is not UTF-8 text" in call(small, "--scores", path)[2]
         assert "No such file" in call(small, "--scores", tmp_path / "none.json")[2]
 
     def test_of_votes(self, call, small):
-        small.write_text(small.read_text() + "gait,1,0,one,two,p1,A\n")
+        small.write_text(small.read_text(encoding="utf-8") + "gait,1,0,one,two,p1,A\n")
         status, _, err = call(small)
         assert status == 2
         assert "small.csv: line 14: participant 'p1' answers question 1 of gait again" in err
@@ -414,12 +416,14 @@ class TestPage:
 def programs():
     if not PAGE.exists():
         return []
-    return re.findall(r"^```python\n(.*?)^```\n\n```text\n(.*?)^```", PAGE.read_text(), flags=re.M | re.S)
+    return re.findall(
+        r"^```python\n(.*?)^```\n\n```text\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S
+    )
 
 
 @pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
 def test_the_page_has_three_programs_and_all_show_what_they_print():
-    assert len(programs()) == PAGE.read_text().count("```python") == 3
+    assert len(programs()) == PAGE.read_text(encoding="utf-8").count("```python") == 3
 
 
 @pytest.mark.parametrize(("program", "printed"), programs())

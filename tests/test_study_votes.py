@@ -128,7 +128,7 @@ class TestFiles:
         assert [(vote.participant, vote.question) for vote in votes] == [
             (who, question) for who in ("p1", "p2") for question in (FIRST, SECOND)
         ]
-        copy = write(tmp_path / "copy.csv", *paths[0].read_text().splitlines())
+        copy = write(tmp_path / "copy.csv", *paths[0].read_text(encoding="utf-8").splitlines())
         for again in (copy, paths[0]):
             message = (
                 rf"{again.name}: line 2: participant 'p1' answers question 1 of walking again, after .*p1.csv: line 2"

@@ -116,7 +116,7 @@ def outcome(out):
         "optimizer": checkpoint["optimizer_states"],
         "iteration": checkpoint["global_step"],
         "kept": load_file(out / runs.FILE),
-        "metrics": (out / trainer.METRICS).read_text(),
+        "metrics": (out / trainer.METRICS).read_text(encoding="utf-8"),
     }
 
 
@@ -424,7 +424,7 @@ def test_the_weights_that_are_kept_are_the_best(tmp_path, select, average):
     }[select]
     expected = min(rows, key=of)
     assert validation.best(rows, select) is expected
-    with (tmp_path / trainer.METRICS).open() as file:
+    with (tmp_path / trainer.METRICS).open(encoding="utf-8") as file:
         assert [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)] == rows
     # Measured anew, from the files.
     (task,) = windows.synthetic_validation(2)
@@ -648,11 +648,23 @@ def test_a_run_needs_a_folder():
 )
 def test_a_file_that_is_no_configuration_is_named(tmp_path, stated, message):
     file = tmp_path / "some.json"
-    file.write_text(json.dumps(stated))
+    file.write_text(json.dumps(stated), encoding="utf-8")
     with pytest.raises(ValueError, match=rf"some\.json: {message}"):
         config.read(file)
     file.write_bytes(b"\xff{")
-    with pytest.raises(ValueError, match=r"some\.json: Expecting value"):
+    with pytest.raises(ValueError, match=r"some\.json: line 1 is not UTF-8 text"):
+        config.read(file)
+
+
+def test_how_a_configuration_is_written_does_not_matter(tmp_path):
+    file = tmp_path / "some.json"
+    file.write_text('{"name": "tiny"}', encoding="utf-8-sig")
+    assert config.read(file).name == "tiny"
+    file.write_text('{"name": "tiny"}', encoding="utf-16")
+    with pytest.raises(ValueError, match=r"some\.json: the text is UTF-16"):
+        config.read(file)
+    file.write_text("[" * 100_000, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"some\.json: not JSON that can be read: nested too deep"):
         config.read(file)
 
 
@@ -836,7 +848,7 @@ def test_tensorboard_logs_what_the_table_holds(tmp_path):
     assert command("train", "tiny", "--data", "synthetic", "--iterations", 2, "--out", out, "--tensorboard") == 0
     events = EventAccumulator(str(out / "tensorboard")).Reload()
     logged = [(event.step, event.value) for event in events.Scalars("npss_paper")]
-    with (out / trainer.METRICS).open() as file:
+    with (out / trainer.METRICS).open(encoding="utf-8") as file:
         rows = [(int(row["iteration"]), float(row["npss_paper"])) for row in csv.DictReader(file)]
     assert logged == [(step, pytest.approx(value, rel=1e-6)) for step, value in rows]
 

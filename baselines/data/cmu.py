@@ -142,7 +142,7 @@ def _listed(folder: Path) -> list[_File]:
     """Read clips.csv."""
     listing = folder / "clips.csv"
     files: dict[str, _File] = {}
-    rows = csv.reader(StringIO(read_text(listing)), strict=True)
+    rows = csv.reader(StringIO(read_text(listing), newline=""), strict=True)
     try:
         if (header := next(rows, None)) != ["clip", "description"]:
             raise ValueError(f"line 1: expected clip,description, got {header!r}")

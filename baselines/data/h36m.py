@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from npss._checks import one_of, positive_integer
 from npss._poses import POSE
+from npss._text import read_text
 from npss.protocol import ACTIONS, FPS, TEST_LENGTHS, TEST_SUBJECT, TRAIN_SUBJECTS, Window, random_windows, srnn_windows
 
 Float32 = npt.NDArray[np.float32]
@@ -321,7 +322,9 @@ def _parse(path: Path) -> Float32:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of an empty file, for which there is an error below
-            rows: Float32 = np.loadtxt(path, dtype=np.float32, delimiter=",", comments=None, ndmin=2)
+            rows: Float32 = np.loadtxt(
+                path, dtype=np.float32, delimiter=",", comments=None, ndmin=2, encoding="utf-8-sig"
+            )
     except ValueError as error:
         raise ValueError(f"{path}: {_fault(path) or error}") from error
     if rows.shape[1] != POSE or not np.isfinite(rows).all():
@@ -331,7 +334,7 @@ def _parse(path: Path) -> Float32:
 
 def _fault(path: Path) -> str | None:
     """Say what is wrong with a file, and in which line."""
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    lines = read_text(path).splitlines()
     for number, line in enumerate(lines, 1):
         fields = line.split(",")
         if not line.strip():

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from npss._names import names_of_paths
+from npss._write import write_figure_atomically
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -190,5 +191,5 @@ def _show(options: argparse.Namespace, records: Sequence[Record], *, listed: boo
 
 
 def _save(path: Path, figure: Figure) -> None:
-    figure.savefig(path)
+    write_figure_atomically(path, figure)
     print(path, file=sys.stderr)

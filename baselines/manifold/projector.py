@@ -66,7 +66,8 @@ class Manifold:
         Returns
         -------
         (n, T', H) ndarray
-            Of the network's dtype, float32 as a rule. Hidden units of the last layer, between -1 and 1; T' is T over the frames to a step, rounded up.
+            Hidden units of the last layer, between -1 and 1, of the network's dtype, float32 as a rule; T' is T over the
+            frames to a step, rounded up.
 
         Raises
         ------
@@ -113,7 +114,9 @@ class Manifold:
 
     def _parts(self, values: Array) -> list[Tensor]:
         """Return arrays as the network takes them, as many at once as memory should hold."""
-        tensor = torch.from_numpy(np.asarray(values, np.float64)).to(next(self.network.parameters()))  # dtype and device
+        tensor = torch.from_numpy(np.asarray(values, np.float64)).to(
+            next(self.network.parameters())
+        )  # dtype and device
         return list(torch.split(tensor, _AT_ONCE))
 
 

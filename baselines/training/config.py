@@ -18,6 +18,7 @@ from baselines.training._files import write_atomically
 from baselines.training.recipe import Recipe
 from baselines.training.windows import GAIT, checked_seed
 from npss._checks import each, one_of, positive_integer, positive_number
+from npss._json import read_json
 from npss.protocol import ACTIONS, TRAIN_SUBJECTS
 
 try:
@@ -108,9 +109,8 @@ def read(path: Path) -> Configuration:
     FileNotFoundError, ValueError
         If it is not one; names the file.
     """
-    text = path.read_text(encoding="utf-8", errors="replace")
+    stated = read_json(path)
     try:
-        stated = json.loads(text)
         check_fields("", stated, [_MADE_WITH, *(field.name for field in fields(Configuration))])
         stated.pop(_MADE_WITH, None)
         name = stated.pop("name", None)
@@ -120,7 +120,7 @@ def read(path: Path) -> Configuration:
             check_fields(f"{group}: ", stated.get(group, {}), [field.name for field in fields(known[group])])
         parser = parser_of(known)
         return configuration_of(name, parser, lambda: parser.parse_object(stated))
-    except (TypeError, ValueError) as error:  # JSON's errors among them
+    except (TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from error
 
 

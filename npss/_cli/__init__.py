@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import npss
 from npss._cli import demo, explain, leaderboard, report, score, study
 from npss._cli._parser import Parser
+from npss._console import allow_any_text
 
 #: The extra of ``npss`` that brings a package, where that is not called like it.
 _EXTRAS = {"h5py": "h5", "matplotlib": "plot", "scipy": "study", "pybvh": "manifold"} | dict.fromkeys(
@@ -35,6 +36,7 @@ def run(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> int
 
     Its errors become one line and status 2; Ctrl-C becomes one line and status 130.
     """
+    allow_any_text()
     options = parser.parse_args(arguments)
     try:
         options.run(options)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from npss._results import one_line
+from npss._names import one_line
 from npss._tables import table
 from npss.study._summary import LEVEL, MEANINGS
 

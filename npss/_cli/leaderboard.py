@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from npss._files import add_max_size
+
 if TYPE_CHECKING:
     from npss._leaderboard_frame import Leaderboard
 
@@ -55,11 +57,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--level", type=float, default=0.95, help="of intervals and marks (default: 0.95)")
     parser.add_argument("--format", choices=FORMATS, default="text")
+    add_max_size(parser)
 
 
 def run(options: argparse.Namespace) -> None:
     """Print the leaderboard."""
-    show(board_of(options.paths, options, **context_of(options)), options)
+    show(board_of(options.paths, options, max_size=options.max_size, **context_of(options)), options)
 
 
 def board_of(source: Any, options: argparse.Namespace, **context: Any) -> Leaderboard:

@@ -19,6 +19,7 @@ from npss._render import html_tables, tables
 from npss._report import Report, report
 from npss._signature import parse_signature
 from npss._submissions import TRUTH, Submissions, naming, read_submissions, records_of
+from npss._write import write_text_atomically
 from npss.protocol import FPS
 from npss.skeleton import FEATURE_NAMES, H36M, poses_to_positions
 
@@ -49,7 +50,7 @@ def add_parser(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Write the page, and print the leaderboard."""
     check_folder(options.output)
-    submissions = read_submissions(options.paths)
+    submissions = read_submissions(options.paths, max_size=options.max_size)
     board = board_of(records_of(submissions, **context_of(options)), options)
     write(options.output, submissions, board)
     show(board, options)
@@ -81,7 +82,7 @@ def write(path: Path, submissions: Submissions, board: Leaderboard) -> None:
         fps=FPS,
         skeleton=H36M,
     )
-    path.write_text(page, encoding="utf-8")
+    write_text_atomically(path, page)
 
 
 class _Action:

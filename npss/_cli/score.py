@@ -13,7 +13,7 @@ from npss._convention import CONVENTIONS
 from npss._diagnose import diagnose
 from npss._euler_error import euler_error_curve
 from npss._fields import Value
-from npss._files import Pair, read_pair, read_samples
+from npss._files import Pair, add_max_size, read_pair, read_samples
 from npss._poses import poses_to_euler
 from npss._records import Record, measure, signature_of
 from npss._tables import table
@@ -24,6 +24,7 @@ _DESCRIPTION = """\
 Score a prediction against its ground truth.
 
   npss score GT PRED      two .npy files, (N, T, D) or (T, D); or two .npz files, whose arrays pair by name
+                          (--key chooses one; single values, texts and Python objects beside them are not read)
   npss score SAMPLES      one .h5 or .npz file of expmap/gt/ACTION_i and expmap/preds/ACTION_i, each (T, 99):
                           Human3.6M exponential maps at 25 frames per second; the Euler error is printed, too
 
@@ -48,6 +49,7 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="GT and PRED hold Human3.6M exponential maps (99 columns): convert them to Euler angles first",
     )
+    parser.add_argument("--key", metavar="NAME", help="the array of .npz files to score (default: all of them)")
     parser.add_argument("--representation", help="what the arrays hold, to be stated in the signature")
     parser.add_argument("--protocol", help="which test windows these are, to be stated in the signature")
     parser.add_argument("--fps", type=float, help="frames per second, to be stated in the signature")
@@ -64,6 +66,7 @@ def add_parser(commands: Any) -> None:
         help="remove jumps of 2 pi before scoring (not done by default)",
     )
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="threads; -1 for all CPUs (default: 1)")
+    add_max_size(parser)
     parser.set_defaults(run=run)
 
 
@@ -82,15 +85,17 @@ def _records(options: argparse.Namespace) -> list[Record]:
         context["representation"] = options.representation
     fps, samples = options.fps, len(options.files) == 1
     if samples:
+        if options.key is not None:
+            raise ValueError(f"--key: it chooses an array of GT and PRED, and {options.files[0]} is a file of samples")
         if options.expmap or options.representation or fps is not None:
             raise ValueError(
                 f"{options.files[0]}: samples are Human3.6M exponential maps at {FPS} frames per second, which are "
                 f"converted to Euler angles: leave out --expmap, --representation and --fps"
             )
-        pairs = read_samples(*options.files)
+        pairs = read_samples(*options.files, max_size=options.max_size)
         fps = FPS
     elif len(options.files) == 2:
-        pairs = read_pair(*options.files)
+        pairs = read_pair(*options.files, key=options.key, max_size=options.max_size)
         if options.expmap:
             if options.representation:
                 raise ValueError("--representation: with --expmap it is euler: leave it out")
@@ -99,11 +104,12 @@ def _records(options: argparse.Namespace) -> list[Record]:
         raise ValueError(f"expected GT and PRED, or SAMPLES alone, got {len(options.files)} files")
     if samples or options.expmap:
         context["representation"] = "euler"
-    return [_record(pair, options, fps, samples, context) for pair in pairs]
+    advice = "; --key NAME scores one array alone" if len(pairs) > 1 and not samples else ""
+    return [_record(pair, options, fps, samples, context, advice) for pair in pairs]
 
 
 def _record(
-    pair: Pair, options: argparse.Namespace, fps: float | None, samples: bool, context: dict[str, Any]
+    pair: Pair, options: argparse.Namespace, fps: float | None, samples: bool, context: dict[str, Any], advice: str
 ) -> Record:
     n_frames = pair.gt.shape[-2] if pair.gt.ndim > 1 else 0
     times = options.at_ms
@@ -123,7 +129,7 @@ def _record(
             **context,
         )
     except (TypeError, ValueError) as error:
-        raise type(error)(f"{pair.name}: {error}" if pair.name is not None else str(error)) from error
+        raise type(error)((f"{pair.name}: {error}" if pair.name is not None else str(error)) + advice) from error
     motions = (pair.gt, pair.pred) if options.unwrap == "off" else (unwrap(pair.gt), unwrap(pair.pred))
     record["diagnosis"] = [str(finding) for finding in diagnose(*motions)]
     if pair.stored_curve is not None:

@@ -11,6 +11,7 @@ from typing import Any
 from npss import published
 from npss._cli import _votes
 from npss._convention import CONVENTIONS
+from npss._files import add_max_size
 from npss._records import Record
 from npss._submissions import read_records
 from npss._write import write_text_atomically
@@ -96,6 +97,7 @@ def _add_page(forms: Any) -> None:
         "--seed", type=int, default=0, metavar="N", help="of the generator that draws them (default: 0)"
     )
     parser.add_argument("--action", help="which action, where the samples have several in common")
+    add_max_size(parser)
     parser.set_defaults(run=_page)
 
 
@@ -147,7 +149,13 @@ def _page(options: argparse.Namespace) -> None:
     """Write the page of a survey."""
     from npss._pages import survey  # here, not above: votes are counted without it
 
-    text = survey(options.directory, n_questions=options.questions, seed=options.seed, action=options.action)
+    text = survey(
+        options.directory,
+        n_questions=options.questions,
+        seed=options.seed,
+        action=options.action,
+        max_size=options.max_size,
+    )
     write_text_atomically(options.output, text)
 
 

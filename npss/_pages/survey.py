@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from npss._arrays import MAX_SIZE
 from npss._checks import is_integer
 from npss._files import Pair
 from npss._pages._html import figure, pack, page, positions_array, resource
@@ -24,7 +25,9 @@ if TYPE_CHECKING:
     from npss.study import Question
 
 
-def survey(directory: Path, *, n_questions: int, seed: int, action: str | None = None) -> str:
+def survey(
+    directory: Path, *, n_questions: int, seed: int, action: str | None = None, max_size: float = MAX_SIZE
+) -> str:
     """Make the survey about the predictions of several models for one action.
 
     Parameters
@@ -38,6 +41,8 @@ def survey(directory: Path, *, n_questions: int, seed: int, action: str | None =
         Of the generator that draws them.
     action : str, optional
         What the predictions are of; may be left out if the files have a single action in common.
+    max_size : float, optional
+        How much memory the arrays of one file may take, in GiB.
 
     Returns
     -------
@@ -50,7 +55,7 @@ def survey(directory: Path, *, n_questions: int, seed: int, action: str | None =
         If there are not at least two files, no action is in all, the action is not or would have to be guessed, or the
         ground truths of two files differ.
     """
-    submissions = read_submissions([directory])
+    submissions = read_submissions([directory], max_size=max_size)
     if len(submissions) < 2:
         raise ValueError(
             f"{directory}: a survey compares two models or more; files of samples in it: {len(submissions)}"

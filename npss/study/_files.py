@@ -115,7 +115,7 @@ def write_votes(path: str | PathLike[str], votes: Sequence[Vote]) -> None:
     >>> from npss import study
     >>> with TemporaryDirectory() as folder:
     ...     study.write_votes(Path(folder) / "votes.csv", [])
-    ...     print((Path(folder) / "votes.csv").read_text(), end="")
+    ...     print((Path(folder) / "votes.csv").read_text(encoding="utf-8"), end="")
     action,question,sequence,model_a,model_b,participant,choice
     """
     text = StringIO()

@@ -1,0 +1,26 @@
+"""Print signs such as † wherever standard output goes: in ASCII where its encoding has them not."""
+
+from __future__ import annotations
+
+import codecs
+import io
+import sys
+
+_NAME = "npss-ascii"  # of the error handler
+_IN_ASCII = {"†": "+", "–": "-", "—": "-", "−": "-", "∞": "inf", "…": "...", "×": "x", "·": "*", "µ": "u", "μ": "u"}
+
+
+def allow_any_text() -> None:
+    """Let standard output replace what it cannot encode, unless it has been told what to do then."""
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors in ("strict", "surrogateescape"):
+        sys.stdout.reconfigure(errors=_NAME)
+
+
+def _in_ascii(error: UnicodeError) -> tuple[str, int]:
+    """Return ASCII for the characters that cannot be encoded, as an error handler of `codecs`."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(_IN_ASCII.get(letter, "?") for letter in error.object[error.start : error.end]), error.end
+
+
+codecs.register_error(_NAME, _in_ascii)

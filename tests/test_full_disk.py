@@ -1,0 +1,117 @@
+"""Where the disk is full, nothing that was there is lost, and one line names the file."""
+
+import resource
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from test_command_line import run, samples
+
+import npss
+from npss import study
+
+OLD = b"what was there before"
+
+
+@contextmanager
+def full_disk():
+    """Let no file become longer than a kilobyte."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+@pytest.fixture(scope="module")
+def arrays():
+    gt = np.random.default_rng(0).normal(size=(2, 25, 99)).cumsum(axis=1) * 0.02
+    return samples((gt, gt + 0.1 * np.random.default_rng(1).normal(size=gt.shape)))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, arrays):
+    root = tmp_path_factory.mktemp("models")
+    for name in ("one", "two"):
+        np.savez(root / f"{name}.npz", **arrays)
+    return root
+
+
+def keeps(path, write):
+    """Make sure that what was there is there, in both cases: a full disk and one that is not."""
+    path.write_bytes(OLD)
+    with full_disk():
+        said = write(path)
+    assert f"cannot write {path}: File too large" in said
+    assert path.read_bytes() == OLD
+    assert [file.name for file in path.parent.iterdir()] == [path.name]
+    write(path)
+    assert path.read_bytes() != OLD
+    assert [file.name for file in path.parent.iterdir()] == [path.name]
+
+
+def said_by(write):
+    """Return a function that writes, and returns what the error says, if there is one."""
+
+    def function(path):
+        try:
+            write(path)
+        except OSError as error:
+            return str(error)
+        return None
+
+    return function
+
+
+@pytest.mark.parametrize("command", [["report", "FOLDER"], ["study", "page", "FOLDER"]])
+def test_pages(capsys, tmp_path, folder, command):
+    pytest.importorskip("matplotlib")
+    arguments = [folder if one == "FOLDER" else one for one in command]
+
+    def write(path):
+        status, out, err = run(capsys, *arguments, "-o", path)
+        if err:
+            assert (status, out, err.count("\n")) == (2, "", 1)
+        return err
+
+    keeps(tmp_path / "page.html", write)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".h5"])
+def test_predictions(tmp_path, arrays, suffix):
+    pytest.importorskip("h5py")
+    from baselines.predict import write_samples
+    from npss._files import read_poses
+
+    path = tmp_path / f"samples{suffix}"
+    keeps(path, said_by(lambda path: write_samples(path, arrays)))
+    assert read_poses(path)[0].gt.shape == (2, 25, 99)
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])
+def test_pictures(tmp_path, suffix):
+    figure = pytest.importorskip("matplotlib.figure").Figure()
+    figure.subplots().plot(np.random.default_rng(0).normal(size=300))
+    from npss._write import write_figure_atomically
+
+    keeps(tmp_path / f"picture{suffix}", said_by(lambda path: write_figure_atomically(path, figure)))
+    assert (tmp_path / f"picture{suffix}").read_bytes()[:5] in (b"<?xml", b"%PDF-", b"\x89PNG\r")
+
+
+def test_votes(tmp_path):
+    votes = [study.Vote("walking", study.Question(i, 4, "GRU-d", "VGRU-d"), "p07", "B") for i in range(1, 100)]
+    keeps(tmp_path / "votes.csv", said_by(lambda path: study.write_votes(path, votes)))
+    assert study.read_votes(tmp_path / "votes.csv") == votes
+
+
+def test_leaderboards(tmp_path, folder):
+    pd = pytest.importorskip("pandas")
+    board = npss.leaderboard(folder)
+    keeps(tmp_path / "board.csv", said_by(board.to_csv))
+    assert (tmp_path / "board.csv").read_text(encoding="utf-8") == board.to_csv()
+    board.to_csv(tmp_path / "board.csv.gz")
+    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "board.csv.gz"), pd.read_csv(tmp_path / "board.csv"))
+    with (tmp_path / "open.csv").open("w", encoding="utf-8") as file:
+        board.to_csv(file)
+    assert (tmp_path / "open.csv").read_bytes() == (tmp_path / "board.csv").read_bytes()
