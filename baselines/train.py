@@ -27,33 +27,39 @@ def add_parser(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Train, and say what has come of it."""
-    # Imported where it is used: the other commands need no torch.
-    import torch
-
+    # Imported where they are used: the other commands need no torch.
     if options.arguments[:1] == ["manifold"]:
+        options.extra = "manifold"
         from baselines.manifold import train_command
 
         train_command.run(options.arguments[1:])
         return
-    from baselines.training import arguments, config, runs, trainer, validation
+    options.extra = "baselines"
+    from baselines.training import arguments, config, launch, runs, trainer, validation
 
-    configuration, options = arguments.parse(options.arguments)
-    device = options.device
-    if device == "auto":
-        device = "cuda" if torch.cuda.is_available() else "cpu"
-    if options.tf32 and device != "cuda":
-        raise ValueError("--tf32: needs a CUDA device")
+    said = options.arguments
+    configuration, options = arguments.parse(said)
+    device = launch.device_of(options.device, tf32=options.tf32)
+    several = arguments.runs_of(configuration, options)
+    folders = [out for _, out in several]
+    before = launch.begun(folders)
+    root, recorded_in = arguments.h36m_of(options, before)
     together, read = [], {}
-    for one, out in arguments.runs_of(configuration, options):
+    for one, out in several:
         if one.actions not in read:
-            read[one.actions] = data_of(one, options.h36m, options.cache)
+            with launch.moved("h36m", root, recorded_in):
+                read[one.actions] = data_of(one, root, options.cache)
         together.append((one, *read[one.actions], out))
-    for one, _, _, out in together:
-        out.mkdir(parents=True, exist_ok=True)
-        config.write(out / config.FILE, one, f"{device}, tf32" if options.tf32 else device)
-    rows = trainer.train_together(
-        together, options.out, device=device, tf32=options.tf32, tensorboard=options.tensorboard
-    )
+    paths = {"h36m": root} if root is not None and configuration.data == "h36m" else {}
+    with (
+        launch.going_on(folders, arguments.resuming(options, said)),
+        launch.folders_alone(options.out, folders, before),
+    ):
+        for one, _, _, out in together:
+            config.write(out / config.FILE, one, f"{device}, tf32" if options.tf32 else device, paths)
+        rows = trainer.train_together(
+            together, options.out, device=device, tf32=options.tf32, tensorboard=options.tensorboard
+        )
     for (one, _, tasks, out), of_run in zip(together, rows, strict=True):
         kept = validation.best(of_run, one.select)
         print(

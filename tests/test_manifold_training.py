@@ -25,6 +25,7 @@ from baselines.manifold.features import local_positions
 from baselines.manifold.prepared import TEST_SUBJECTS, MotionSet, prepare
 from baselines.manifold.recipe import PAPER, RECIPES, Stage
 from baselines.manifold.split import VALIDATION_SUBJECTS, split
+from baselines.training import launch
 from baselines.training.trainer import CHECKPOINT, METRICS
 
 TINY = AutoencoderConfig(widths=(4, 5), kernel=3, unpool="half", eps=0.05)
@@ -513,7 +514,7 @@ def test_what_is_no_stage(fields, error, message):
         ([], r"expected an object, got \[\]"),
         ({}, "name: expected one of manifold, got None"),
         ({"name": "vgru-d"}, "name: expected one of manifold, got 'vgru-d'"),
-        ({"name": "manifold", "colour": 1}, "there is no 'colour'; there are made_with, name, model, .*"),
+        ({"name": "manifold", "colour": 1}, "there is no 'colour'; there are made_with, paths, name, model, .*"),
         ({"name": "manifold", "model": {"cell": 1}}, "model: there is no 'cell'; there are n_features, .*"),
         ({"name": "manifold", "layers": {"class_path": "hostile.Stage"}}, "layers: there is no 'class_path'"),
         ({"name": "manifold", "whole": "hostile.json"}, "whole: expected an object, got 'hostile.json'"),
@@ -562,7 +563,7 @@ def test_from_nothing_to_a_run(tmp_path, capsys, recipe):
     assert "training on 20 windows of 4 clips (synthetic) of 4 subjects" in said.out
     assert "windows of synthetic/2, synthetic/3" in said.out
     assert "heights on windows of synthetic/0, synthetic/1" in said.out
-    assert {file.name for file in out.iterdir()} == {config.FILE, runs.FILE, CHECKPOINT, METRICS}
+    assert {file.name for file in out.iterdir()} == {config.FILE, runs.FILE, CHECKPOINT, METRICS, launch.LOCK}
     loaded = runs.load(out)
     assert loaded.configuration.data.sources == ("synthetic",)
     assert asdict(loaded.configuration)["data"]["windows"] == 20
@@ -620,7 +621,7 @@ def test_nobody_is_in_two_sets(sets):
         (["--depth", "4"], "argument --depth: invalid choice: 4"),
         (
             ["--layers.rate", "1"],
-            "unrecognized arguments: --layers.rate 1; there are --layers.batch, .*, --whole.unpool",
+            "unrecognized arguments: --layers.rate 1; there are --layers.batch, .*, --layers.unpool",
         ),
         (["--whole.lr", "-1"], "lr: expected a positive, finite number, got -1.0"),
         (["--model.widths", "[]"], "widths: expected those of one layer or more"),

@@ -27,7 +27,7 @@ from baselines.models import MODELS, ModelSpec
 from baselines.models.base import POSE, MotionModel
 from baselines.predictors import zero_velocity
 from baselines.tasks import h36m_tasks, synthetic_task
-from baselines.training import arguments, config, objectives, runs, trainer, validation, windows
+from baselines.training import arguments, config, launch, objectives, runs, trainer, validation, windows
 from baselines.training.recipe import Recipe
 from baselines.training.rmsprop import RMSpropTF
 from npss import _cli
@@ -402,7 +402,7 @@ def test_a_model_can_learn_a_window_by_heart(tmp_path):
 
 def test_training_that_diverges_says_so(tmp_path):
     configuration = configured("--recipe.lr", "1e38", "--recipe.optimizer", "sgd", "--recipe.clip_norm", "null")
-    with pytest.raises(ValueError, match=r"^training has diverged: the loss of .* was \w+ by iteration 3; try a lower"):
+    with pytest.raises(ValueError, match=r"^training of .* has diverged by iteration 3: the loss was \w+; try a lower"):
         trained(tmp_path, configuration)
     assert not (tmp_path / runs.FILE).exists()
 
@@ -595,7 +595,10 @@ def test_defaults_and_overrides():
         ([], "MODEL: expected one of vgru-d, .*, or --config FILE"),
         (["tiny", "--model.cell", "x"], "unrecognized arguments: --model.cell x; there are --model.dropout, --model.n"),
         (["tiny", "--recipe.rate", "x"], "unrecognized arguments: .*; there are --recipe.batch, .*, --recipe.reg"),
-        (["tiny", "--actoins", "x"], "unrecognized arguments: .*; there are --actions, .*, --validate-every"),
+        (["tiny", "--actoins", "x"], "unrecognized arguments: --actoins x; did you mean --actions\\?$"),
+        (["tiny", "--iteration", "9"], "unrecognized arguments: --iteration 9; did you mean --iterations\\?$"),
+        (["tiny", "--recipe.iteration", "9"], "unrecognized arguments: .*; did you mean --recipe.iterations\\?$"),
+        (["tiny", "--colour", "x"], "unrecognized arguments: .*; there are --actions, .*, --validate-every"),
         (["tiny", "--model.units", "many"], 'Parser key "model.units":\\n.*Got value: many'),
         (["tiny", "--recipe.lr", "-1"], "lr: expected a positive, finite number, got -1.0"),
         (
@@ -637,7 +640,7 @@ def test_a_run_needs_a_folder():
     [
         ([], r"expected an object, got \[\]"),
         ({"model": {}}, "name: expected one of .*, got None"),
-        ({"name": "tiny", "colour": 1}, "there is no 'colour'; there are made_with, name, model, .*"),
+        ({"name": "tiny", "colour": 1}, "there is no 'colour'; there are made_with, paths, name, model, .*"),
         ({"name": "tiny", "model": {"cell": 1}}, "model: there is no 'cell'; there are units, dropout, noise"),
         ({"name": "tiny", "recipe": {"class_path": "hostile.Recipe"}}, "recipe: there is no 'class_path'"),
         ({"name": "tiny", "model": "hostile.json"}, "model: expected an object, got 'hostile.json'"),
@@ -707,7 +710,9 @@ def test_from_training_to_a_score_without_data(tmp_path, capsys, arguments):
     assert said.err == ""
     assert "the weights of iteration" in said.out
     assert "npss+euler_error|version:1|convention:released+paper|" in said.out
-    assert {file.name for file in out.iterdir()} == {config.FILE, runs.FILE, trainer.CHECKPOINT, trainer.METRICS}
+    assert {file.name for file in out.iterdir()} == {
+        *(config.FILE, runs.FILE, trainer.CHECKPOINT, trainer.METRICS, launch.LOCK)
+    }
     assert command("predict", out, "--out", tmp_path / "samples.h5", "--seed", 3) == 0
     capsys.readouterr()
     (pair,) = read_poses(tmp_path / "samples.h5")
@@ -745,7 +750,10 @@ def test_a_command_can_be_repeated_and_resumed(tmp_path, capsys):
         (["tiny", *arguments, "--out", first], f"--out: there is a run in {first} already; --resume goes on with it"),
         (["gru-d", "--out", first, "--resume"], f"MODEL: 'gru-d', but {first / config.FILE} is of a 'tiny'"),
         (["--out", first, "--resume", "--seed", 1], f"--resume: {first / config.FILE} has another value of seed; "),
-        (["--out", tmp_path / "third", "--config", "nowhere.json"], "No such file or directory: 'nowhere.json'"),
+        (
+            ["--out", tmp_path / "third", "--config", "nowhere.json"],
+            "reading the configuration: nowhere.json: No such",
+        ),
     ):
         assert command("train", *wrong) == 2
         assert message in capsys.readouterr().err
@@ -757,7 +765,7 @@ def test_a_command_trains_several_at_once(tmp_path, capsys):
     assert command("train", *several) == 0
     printed = capsys.readouterr().out
     assert command("train", *said, "--seed", 1, "--out", tmp_path / "one") == 0
-    names = {file.name for file in (tmp_path / "several").iterdir()}
+    names = {file.name for file in (tmp_path / "several").iterdir()} - {launch.LOCK}
     assert names == {"seed-1", "seed-3", trainer.CHECKPOINT}
     for name in names - {trainer.CHECKPOINT}:
         assert f"{name}/{runs.FILE}: the weights of iteration" in printed
@@ -815,7 +823,7 @@ def test_what_commands_refuse(run, tmp_path, capsys, monkeypatch):
         ),
         (
             ["predict", tmp_path / "nowhere", "--out", "x.h5"],
-            f"No such file or directory: '{tmp_path}/nowhere/config.j",
+            f"error: reading the run {tmp_path}/nowhere: there is no such folder",
         ),
         (
             ["train", "tiny", "--data", "synthetic", "--device", "cpu", "--tf32", "--out", tmp_path / "new"],

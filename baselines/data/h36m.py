@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import hashlib
 import os
-import tempfile
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,8 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from npss._checks import one_of, positive_integer
+from npss._doing import doing
 from npss._poses import POSE
 from npss._text import read_text
+from npss._write import write_atomically
 from npss.protocol import ACTIONS, FPS, TEST_LENGTHS, TEST_SUBJECT, TRAIN_SUBJECTS, Window, random_windows, srnn_windows
 
 Float32 = npt.NDArray[np.float32]
@@ -309,11 +310,14 @@ def _read(path: Path, cache: Path | None) -> Float32:
         if rows.dtype == np.float32 and rows.ndim == 2 and rows.shape[1] == POSE:
             return rows
     rows = _parse(path)
-    cache.mkdir(parents=True, exist_ok=True)
-    # Written aside and renamed: another process sees the whole file or none.
-    with tempfile.NamedTemporaryFile(dir=cache, delete=False) as part:
-        np.save(part, rows)
-    Path(part.name).replace(kept)
+    with doing("making the cache"):
+        cache.mkdir(parents=True, exist_ok=True)
+
+    def write(part: Path) -> None:
+        with part.open("wb") as file:
+            np.save(file, rows)
+
+    write_atomically(kept, write)
     return rows
 
 
@@ -352,12 +356,18 @@ def _fault(path: Path) -> str | None:
     return "no rows" if not any(line.strip() for line in lines) else None
 
 
+def from_environment() -> Path | None:
+    """Return the folder that the environment variable ``NPSS_H36M`` names."""
+    named = os.environ.get("NPSS_H36M")
+    return Path(named) if named else None
+
+
 def add_option(parser: argparse._ActionsContainer) -> None:
     """Add the option of a command that says where the data set is."""
     parser.add_argument(
         "--h36m",
         type=Path,
         metavar="DIR",
-        default=os.environ.get("NPSS_H36M") or None,
+        default=from_environment(),
         help="the folder of Human3.6M's dataset/ (default: the environment variable NPSS_H36M)",
     )

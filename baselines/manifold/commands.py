@@ -79,7 +79,7 @@ def _use(uses: Any, name: str, what: str, run: Any, *, several: bool = False) ->
     )
     if not several:
         parser.add_argument("-o", "--output", type=Path, metavar="PICTURE", help="draw it, too, as .svg, .pdf or .png")
-    parser.set_defaults(run=run)
+    parser.set_defaults(run=run, extra="manifold")
     return parser
 
 

@@ -4,33 +4,28 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import json
+import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 import jsonargparse
-import torch
 
-import npss
 from baselines.manifold.autoencoder import AutoencoderConfig
 from baselines.manifold.normalization import SCALES
 from baselines.manifold.prepared import MotionSet
 from baselines.manifold.recipe import RECIPES, Recipe, Stage
 from baselines.manifold.start import STARTS
-from baselines.training._files import write_atomically
-from baselines.training.config import FILE, check_fields
+from baselines.training.config import FILE, NOTES, check_fields, stated_in, there_are, write
 from baselines.training.windows import checked_seed
 from npss._checks import each, one_of, positive_number
-from npss._json import read_json
 
 __all__ = ["FILE", "Configuration", "Data", "data_of", "read", "write"]
 
 NAME = "manifold"
 LOSSES = ("mean", "sum")
 SELECT = ("best", "last")
-_MADE_WITH = "made_with"  # stated in the file for those who read it
 
 
 @dataclass(frozen=True)
@@ -135,6 +130,15 @@ class Configuration:
         phases = [*layers, Phase("whole", 0, self.model.depth, self.whole)]
         return tuple(phase for phase in phases if phase.stage.epochs)
 
+    def work(self, phase: int) -> float:
+        """Return about how much there is to compute for a window in a phase, in multiplications of its frames' values.
+
+        A layer has half as many frames as the one before, and as many inputs as that has filters.
+        """
+        model, of = self.model, self.phases[phase]
+        widths = (model.n_features, *model.widths)
+        return math.fsum(widths[i] * widths[i + 1] / model.pool**i for i in range(of.first, of.depth))
+
 
 @dataclass(frozen=True)
 class Phase:
@@ -195,10 +199,10 @@ def read(path: Path) -> Configuration:
     FileNotFoundError, ValueError
         If it is not one; names the file.
     """
-    stated = read_json(path)
+    stated = stated_in(path)
     try:
-        check_fields("", stated, [_MADE_WITH, *(field.name for field in fields(Configuration))])
-        stated.pop(_MADE_WITH, None)
+        check_fields("", stated, [*NOTES, *(field.name for field in fields(Configuration))])
+        stated = {name: value for name, value in stated.items() if name not in NOTES}
         one_of("name", stated.pop("name", None), (NAME,))
         known = defaults()
         data = stated.pop("data", {})
@@ -210,13 +214,6 @@ def read(path: Path) -> Configuration:
         return configuration_of(known, parser, lambda: parser.parse_object(stated))
     except (TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from error
-
-
-def write(path: Path, configuration: Configuration, device: str) -> None:
-    """Write a configuration and, for those who read it, what the run is made with."""
-    made_with = {"npss": npss.__version__, "torch": str(torch.__version__), "device": device}
-    text = json.dumps({**asdict(configuration), _MADE_WITH: made_with}, indent=2) + "\n"
-    write_atomically(path, lambda part: part.write_text(text, encoding="utf-8"))
 
 
 def parser_of(known: Configuration) -> jsonargparse.ArgumentParser:
@@ -254,9 +251,6 @@ def configuration_of(
     try:
         parsed = parser.instantiate(parse())
     except argparse.ArgumentError as error:
-        there_are = ""
-        if "unrecognized" in str(error):
-            there_are = f"; there are --{', --'.join(sorted(parser.get_defaults().keys()))}"
-        raise ValueError(f"{error}{there_are}") from None
+        raise ValueError(f"{error}{there_are(parser, str(error))}") from None
     names = [field.name for field in fields(Configuration) if field.name not in ("name", "quick", "data")]
     return replace(known, **{name: parsed[name] for name in names})

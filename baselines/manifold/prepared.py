@@ -24,9 +24,9 @@ from baselines.manifold.features import FPS, normalise_lengths, to_features
 from baselines.manifold.ground import level, on_ground
 from baselines.manifold.resample import resample
 from baselines.manifold.windows import left_out, windows_of
-from baselines.training._files import write_atomically
 from npss._checks import each
 from npss._progress import Progress
+from npss._write import write_atomically
 from npss.skeleton import Skeleton
 
 Float32 = npt.NDArray[np.float32]

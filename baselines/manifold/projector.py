@@ -66,8 +66,8 @@ class Manifold:
         Returns
         -------
         (n, T', H) ndarray
-            Hidden units of the last layer, between -1 and 1, of the network's dtype, float32 as a rule; T' is T over the
-            frames to a step, rounded up.
+            Hidden units of the last layer, between -1 and 1, of the network's dtype, float32 as a rule; T' is T over
+            the frames to a step, rounded up.
 
         Raises
         ------

@@ -19,8 +19,9 @@ from baselines.manifold.autoencoder import Autoencoder
 from baselines.manifold.config import Configuration
 from baselines.manifold.normalization import Normalization
 from baselines.manifold.projector import Manifold
-from baselines.training._files import write_atomically
+from baselines.training.config import of_run
 from baselines.training.runs import FILE
+from npss._write import write_atomically
 
 __all__ = ["FILE", "Run", "load", "save"]
 
@@ -78,7 +79,7 @@ def load(path: Path) -> Run:
     FileNotFoundError, ValueError
         If a file is missing, is broken or does not fit the other: names it.
     """
-    configuration = config.read(path / config.FILE)
+    configuration = config.read(of_run(path))
     with torch.random.fork_rng(devices=[]):  # the weights are drawn, and then replaced
         network = Autoencoder(configuration.model)
     file = path / FILE

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TypeVar
-
-import torch
 
 from baselines.manifold import config, runs, training
 from baselines.manifold.config import FILE, Configuration
@@ -18,7 +17,11 @@ from baselines.manifold.prepared import MotionSet, motion_set
 from baselines.manifold.projector import Projector
 from baselines.manifold.recipe import RECIPES
 from baselines.manifold.split import split, subjects_of
-from baselines.training.arguments import DEVICES, file_of, refuse_changes
+from baselines.training import launch
+from baselines.training.arguments import file_of, not_in_configuration, refuse_changes
+from baselines.training.config import paths_of
+
+_SOURCES = ("cmu", "styles", "h36m")
 
 Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
 
@@ -37,12 +40,13 @@ def run(arguments: Sequence[str]) -> None:
         If an argument, a file or the motion is not what it should be.
     """
     configuration, options = parse(arguments)
-    device = options.device
-    if device == "auto":
-        device = "cuda" if torch.cuda.is_available() else "cpu"
-    motion = motion_set(
-        cmu=options.cmu, styles=options.styles, h36m=options.h36m, cache=options.cache, quick=configuration.quick
-    )
+    device = launch.device_of(options.device)
+    before = launch.begun([options.out])
+    paths, recorded_in = _paths(options)
+    with ExitStack() as stack:
+        for name, root in paths.items():
+            stack.enter_context(launch.moved(name, root, recorded_in.get(name)))
+        motion = motion_set(**paths, cache=options.cache, quick=configuration.quick)
     training_set, validation_set, test_set = split(motion)
     data = config.data_of(training_set)
     if configuration.data.digest not in ("", data.digest):
@@ -56,11 +60,12 @@ def run(arguments: Sequence[str]) -> None:
         f"{len(validation_set.windows)} windows of {', '.join(subjects_of(validation_set))}",
         flush=True,
     )
-    options.out.mkdir(parents=True, exist_ok=True)
-    config.write(options.out / FILE, configuration, device)
-    rows = training.train(
-        configuration, training_set, validation_set, options.out, device=device, tensorboard=options.tensorboard
-    )
+    resuming = ["train", "manifold", "--resume", "--out", str(options.out), *not_in_configuration(options)]
+    with launch.going_on([options.out], resuming), launch.folders_alone(options.out, [options.out], before):
+        config.write(options.out / FILE, configuration, device, paths)
+        rows = training.train(
+            configuration, training_set, validation_set, options.out, device=device, tensorboard=options.tensorboard
+        )
     kept = training.best(rows, configuration.select)
     print(
         f"{options.out / runs.FILE}: the weights of epoch {kept['epoch']} of {rows[-1]['epoch']}, mean joint error "
@@ -116,6 +121,20 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     return configuration, options
 
 
+def _paths(options: argparse.Namespace) -> tuple[dict[str, Path], dict[str, Path]]:
+    """Return where the motion is, by the options' names, and which file says so where no option does.
+
+    What a run that is resumed remembers, it is given by single options if it has moved; what another run's ``--config``
+    remembers holds if none is given.
+    """
+    given = {name: getattr(options, name) for name in _SOURCES if getattr(options, name) is not None}
+    file = file_of(options)
+    if file is None or (given and file != options.out / FILE):
+        return given, {}
+    recorded = {name: root for name, root in paths_of(file).items() if name in _SOURCES}
+    return recorded | given, {name: file for name in recorded if name not in given}
+
+
 def error_of(projector: Projector, motion: MotionSet) -> float:
     """Return the mean error of the joints of a set's windows, as share of the height."""
     projected = local_positions(projector.project(motion.windows))
@@ -142,6 +161,6 @@ def _add_options(parser: Parser) -> Parser:
     parser.add_argument("--depth", type=int, choices=(1, 2, 3), help="so many of the three layers")
     parser.add_argument("--config", type=Path, metavar="FILE", help=f"begin with this configuration, a {FILE}")
     parser.add_argument("--resume", action="store_true", help="go on where the run was cut off, if it had begun")
-    parser.add_argument("--device", choices=DEVICES, default=DEVICES[0], help="auto: cuda if there is one, else cpu")
+    launch.add_device(parser)
     parser.add_argument("--tensorboard", action="store_true", help="write logs for TensorBoard, too")
     return parser

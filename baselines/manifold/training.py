@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import csv
 import itertools
-import logging
 import math
-import sys
-import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +12,6 @@ from typing import Any
 
 import numpy as np
 import torch
-from lightning.pytorch import LightningModule, Trainer
-from lightning.pytorch.loggers import TensorBoardLogger
 from torch import Tensor
 
 from baselines.manifold import runs
@@ -28,8 +23,9 @@ from baselines.manifold.measures import joint_error
 from baselines.manifold.normalization import normalization
 from baselines.manifold.prepared import MotionSet
 from baselines.manifold.start import start
-from baselines.training._files import write_atomically
-from baselines.training.trainer import CHECKPOINT, METRICS, AtomicIO
+from baselines.training.fitting import Resumable, fit
+from baselines.training.member import METRICS
+from npss._write import write_atomically
 
 #: Numbers by name, and the name of the phase: what is measured after an epoch.
 Row = dict[str, Any]
@@ -129,7 +125,7 @@ def loss_of(
     return (loss + ((values - windows).square() * of_frames).sum()) / len(windows)
 
 
-class Training(LightningModule):
+class Training(Resumable):
     """The manifold in training: a chunk of batches does the same whenever it is done.
 
     Parameters
@@ -145,11 +141,19 @@ class Training(LightningModule):
     def __init__(
         self, configuration: Configuration, training_set: MotionSet, validation_set: MotionSet, out: Path
     ) -> None:
-        super().__init__()
+        phases = configuration.phases
+        schedule = Schedule(phases, len(training_set.windows))
+        super().__init__(
+            out,
+            [configuration.work(schedule[step].phase) for step in range(len(schedule))],
+            what=f"{sum(phase.stage.epochs for phase in phases)} epochs",
+            shorter="--layers.epochs N and --whole.epochs N train for fewer"
+            + ("" if configuration.quick else ", --quick also on a small part of the data"),
+        )
         self.automatic_optimization = False
         self.configuration = configuration
-        self.phases = configuration.phases
-        self.schedule = Schedule(self.phases, len(training_set.windows))
+        self.phases = phases
+        self.schedule = schedule
         self.validation_set = validation_set
         self.normalization = normalization(
             training_set.windows, training_set.mask, configuration.scale, configuration.size
@@ -159,7 +163,6 @@ class Training(LightningModule):
             for motion in (training_set, validation_set)
         )
         self.mask = torch.from_numpy(training_set.mask)
-        self.out = out
         torch.manual_seed(configuration.seed)
         self.network = Autoencoder(configuration.model)
         start(self.network, configuration.start)
@@ -207,10 +210,7 @@ class Training(LightningModule):
         counted.step()  # changes nothing, and counts the chunk
         loss = total.item() / len(chunk)
         if not math.isfinite(loss):
-            raise ValueError(
-                f"training has diverged: the loss was {loss} in epoch {place.epoch + 1} of {phase.name}; "
-                f"try a lower --{'whole' if phase.name == 'whole' else 'layers'}.lr"
-            )
+            raise _diverged(phase, place, f"the loss was {loss}")
         self.losses.append((loss, len(chunk)))
         if self.trainer.progress_bar_callback is not None:
             self.log("loss", loss, prog_bar=True, logger=False)
@@ -275,9 +275,7 @@ class Training(LightningModule):
         epoch_ends = done.chunk + 1 == self.schedule.chunks[done.phase]
         if epoch_ends:
             self._measure(done)
-        if epoch_ends or self.global_step % CHECKPOINT_EVERY == 0:
-            # Last, because it is what counts: all that came before would be done again, and be the same.
-            self.trainer.save_checkpoint(self.out / CHECKPOINT)
+        self.step_is_done(checkpoint=epoch_ends or self.global_step % CHECKPOINT_EVERY == 0)
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Add what has been measured."""
@@ -292,13 +290,16 @@ class Training(LightningModule):
     def _measure(self, done: Place) -> None:
         """Measure the layers that have been trained, keep all if they are the best so far, and write it down."""
         phase = self.phases[done.phase]
+        error = self._error(phase.depth)
+        if not math.isfinite(error):  # the last step may have been the one, of which no loss tells
+            raise _diverged(phase, done, f"the joint error was {error}")
         n = sum(windows for _, windows in self.losses)
         row: Row = {
             "phase": phase.name,
             "epoch": done.epoch + 1,
             "lr": phase.stage.learning_rate(done.epoch),
             "loss": math.fsum(loss * windows for loss, windows in self.losses) / n,
-            "error": self._error(phase.depth),
+            "error": error,
         }
         self.losses = []
         self.rows.append(row)
@@ -323,6 +324,13 @@ class Training(LightningModule):
             writer = csv.DictWriter(file, list(self.rows[0]))
             writer.writeheader()
             writer.writerows(self.rows)
+
+
+def _diverged(phase: Phase, place: Place, sign: str) -> ValueError:
+    option = "whole" if phase.name == "whole" else "layers"
+    return ValueError(
+        f"training has diverged: {sign} in epoch {place.epoch + 1} of {phase.name}; try a lower --{option}.lr"
+    )
 
 
 def best(rows: Sequence[Row], select: str) -> Row:
@@ -376,30 +384,14 @@ def train(
     ------
     ValueError
         If the data do not fit the network, training diverges, or the checkpoint is broken.
+    KeyboardInterrupt, Stopped
+        As `baselines.training.fitting.fit`.
     """
     n_frames, n_features = training_set.windows.shape[1:]
     if n_features != configuration.model.n_features:
         raise ValueError(f"model.n_features: {configuration.model.n_features}, but the motion has {n_features}")
     if n_frames % configuration.model.stride:
         raise ValueError(f"model: {configuration.model.stride} frames to a step, which do not divide {n_frames}")
-    checkpoint = out / CHECKPOINT
-    logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)  # no advertisements
-    with torch.random.fork_rng(devices=range(torch.cuda.device_count())), warnings.catch_warnings():
-        # Lightning 2.6 itself uses what torch has deprecated since.
-        warnings.filterwarnings("ignore", r".*LeafSpec", FutureWarning)
-        warnings.filterwarnings("ignore", "GPU available but not used", UserWarning)  # as was asked
-        training = Training(configuration, training_set, validation_set, out)
-        trainer = Trainer(
-            accelerator=device,
-            devices=1,
-            max_epochs=-1,
-            max_steps=len(training.schedule),
-            plugins=[AtomicIO()],
-            logger=TensorBoardLogger(out, name="", version="tensorboard") if tensorboard else False,
-            enable_progress_bar=sys.stdout.isatty(),
-            enable_checkpointing=False,
-            enable_model_summary=False,
-            default_root_dir=out,
-        )
-        trainer.fit(training, ckpt_path=checkpoint if checkpoint.exists() else None, weights_only=True)
-    return training.rows
+    return fit(
+        lambda: Training(configuration, training_set, validation_set, out), device=device, tensorboard=tensorboard
+    ).rows

@@ -10,10 +10,18 @@ from typing import Any, TypeVar
 
 from baselines.data import h36m
 from baselines.models import MODELS
-from baselines.training.config import CHECKPOINT, FILE, Configuration, configuration_of, defaults, parser_of, read
+from baselines.training import launch
+from baselines.training.config import (
+    CHECKPOINT,
+    FILE,
+    Configuration,
+    configuration_of,
+    defaults,
+    parser_of,
+    paths_of,
+    read,
+)
 from npss._checks import one_of
-
-DEVICES = ("auto", "cpu", "cuda")
 
 Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
 
@@ -107,6 +115,53 @@ def runs_of(configuration: Configuration, options: argparse.Namespace) -> list[t
     return runs
 
 
+def h36m_of(options: argparse.Namespace, begun: Sequence[Path]) -> tuple[Path | None, Path | None]:
+    """Return where Human3.6M is: where the command line says, or the run, or the environment.
+
+    Parameters
+    ----------
+    options : Namespace
+        From `parse`.
+    begun : sequence of Path
+        The folders of the runs that are to be resumed.
+
+    Returns
+    -------
+    root : Path or None
+        The folder.
+    recorded_in : Path or None
+        The configuration that says so, if it is that.
+    """
+    files = [folder / FILE for folder in begun] or ([] if options.config is None else [options.config])
+    if options.h36m is None:
+        for file in files:
+            if "h36m" in (paths := paths_of(file)):
+                return paths["h36m"], file
+    return options.h36m or h36m.from_environment(), None
+
+
+def resuming(options: argparse.Namespace, said: Sequence[str]) -> list[str]:
+    """Return the arguments of ``python -m baselines`` with which a run, or all that are trained together, goes on.
+
+    Parameters
+    ----------
+    options : Namespace
+        From `parse`.
+    said : sequence of str
+        What was parsed.
+    """
+    if _several(options):
+        return ["train", *said, *([] if options.resume else ["--resume"])]
+    return ["train", "--resume", "--out", str(options.out), *not_in_configuration(options)]
+
+
+def not_in_configuration(options: argparse.Namespace) -> list[str]:
+    """Return what else was said that a run does not remember: on what it is computed, and what is written beside it."""
+    said = [] if options.cache is None else ["--cache", str(options.cache)]
+    said += [] if options.device == "auto" else ["--device", options.device]
+    return said + [f"--{name}" for name in ("tf32", "tensorboard") if getattr(options, name, False)]
+
+
 def _several(options: argparse.Namespace) -> bool:
     """Return whether more than one run is asked for, each with a folder in that of the command."""
     return options.seeds is not None or options.apart
@@ -134,8 +189,9 @@ def _add_options(parser: Parser) -> Parser:
     )
     parser.add_argument("--resume", action="store_true", help="go on where the run was cut off, if it had begun")
     h36m.add_option(parser)
+    parser.set_defaults(h36m=None)  # what a run remembers goes before the environment
     parser.add_argument("--cache", type=Path, metavar="DIR", help="keep the files there in binary, to load faster")
-    parser.add_argument("--device", choices=DEVICES, default=DEVICES[0], help="auto: cuda if there is one, else cpu")
+    launch.add_device(parser)
     parser.add_argument(
         "--tf32", action="store_true", help="on a GPU, round what is multiplied to ten bits: faster, and less exact"
     )

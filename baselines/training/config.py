@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,13 @@ import torch
 
 import npss
 from baselines.models import MODELS
-from baselines.training._files import write_atomically
 from baselines.training.recipe import Recipe
 from baselines.training.windows import GAIT, checked_seed
 from npss._checks import each, one_of, positive_integer, positive_number
+from npss._cli._parser import meant
+from npss._doing import doing
 from npss._json import read_json
+from npss._write import write_text_atomically
 from npss.protocol import ACTIONS, TRAIN_SUBJECTS
 
 try:
@@ -32,7 +34,8 @@ FILE = "config.json"
 CHECKPOINT = "last.ckpt"
 SOURCES = ("h36m", "synthetic")
 SELECT = ("released", "paper", "euler", "last")
-_MADE_WITH = "made_with"  # stated in the file for those who read it
+# Stated in the file, but no part of the configuration: for those who read it, and where the data were.
+NOTES = ("made_with", "paths")
 
 
 @dataclass(frozen=True)
@@ -109,10 +112,10 @@ def read(path: Path) -> Configuration:
     FileNotFoundError, ValueError
         If it is not one; names the file.
     """
-    stated = read_json(path)
+    stated = stated_in(path)
     try:
-        check_fields("", stated, [_MADE_WITH, *(field.name for field in fields(Configuration))])
-        stated.pop(_MADE_WITH, None)
+        check_fields("", stated, [*NOTES, *(field.name for field in fields(Configuration))])
+        stated = {name: value for name, value in stated.items() if name not in NOTES}
         name = stated.pop("name", None)
         one_of("name", name, tuple(MODELS))
         known = defaults(name)
@@ -124,6 +127,43 @@ def read(path: Path) -> Configuration:
         raise ValueError(f"{path}: {error}") from error
 
 
+def of_run(folder: Path) -> Path:
+    """Return the configuration of a run.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is none.
+    """
+    if not (folder / FILE).is_file():
+        lack = f"no {FILE} there" if folder.is_dir() else "there is no such folder"
+        raise FileNotFoundError(f"reading the run {folder}: {lack}")
+    return folder / FILE
+
+
+def paths_of(path: Path) -> dict[str, Path]:
+    """Return where the data of a run are, by the names of the options that said so, as its configuration states."""
+    paths = stated_in(path).get("paths", {})
+    if not isinstance(paths, dict) or not all(isinstance(found, str) for found in paths.values()):
+        raise ValueError(f"{path}: paths: expected an object of names and folders, got {paths!r}")
+    return {name: Path(found) for name, found in paths.items()}
+
+
+def stated_in(path: Path) -> dict[str, Any]:
+    """Read what a configuration states, of which nothing is checked yet.
+
+    Raises
+    ------
+    OSError, ValueError
+        If it cannot be read, or is no JSON object; names the file.
+    """
+    with doing("reading the configuration"):
+        stated = read_json(path)
+    if not isinstance(stated, dict):
+        raise ValueError(f"{path}: expected an object, got {stated!r}")
+    return stated
+
+
 def check_fields(where: str, stated: object, names: Sequence[str]) -> None:
     """Raise unless it is an object with no other fields; jsonargparse would import a class that one may name."""
     if not isinstance(stated, dict):
@@ -132,11 +172,25 @@ def check_fields(where: str, stated: object, names: Sequence[str]) -> None:
         raise ValueError(f"{where}there is no {unknown[0]!r}; there are {', '.join(names)}")
 
 
-def write(path: Path, configuration: Configuration, device: str) -> None:
-    """Write a configuration and, for those who read it, what the run is made with."""
+def write(path: Path, configuration: Any, device: str, paths: Mapping[str, Path] | None = None) -> None:
+    """Write a configuration, and beside it what the run is made with and where its data are.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    configuration : dataclass
+        This module's, or the manifold's.
+    device : str
+        What it is computed on.
+    paths : mapping of str to Path, optional
+        The folders of the data, by the names of the options that said so.
+    """
     made_with = {"npss": npss.__version__, "torch": str(torch.__version__), "device": device}
-    text = json.dumps({**asdict(configuration), _MADE_WITH: made_with}, indent=2) + "\n"
-    write_atomically(path, lambda part: part.write_text(text, encoding="utf-8"))
+    found = {name: str(folder.resolve()) for name, folder in (paths or {}).items()}
+    write_text_atomically(
+        path, json.dumps({**asdict(configuration), "made_with": made_with, "paths": found}, indent=2) + "\n"
+    )
 
 
 def defaults(name: str) -> dict[str, Any]:
@@ -194,13 +248,7 @@ def configuration_of(name: str, parser: jsonargparse.ArgumentParser, parse: Call
     try:
         parsed = parser.instantiate(parse())
     except argparse.ArgumentError as error:
-        there_are = ""
-        if "unrecognized" in str(error):
-            group = re.search(r"--(model|recipe)\.", str(error))
-            names = [name if "." in name else name.replace("_", "-") for name in sorted(parser.get_defaults().keys())]
-            those = [name for name in names if name.startswith(group[0][2:] if group else "")]
-            there_are = f"; there are --{', --'.join(those)}"
-        raise ValueError(f"{error}{there_are}") from None
+        raise ValueError(f"{error}{there_are(parser, str(error))}") from None
     values = {"name": name} | {field.name: parsed[field.name] for field in fields(Configuration)[1:]}
     synthetic, iterations = values["data"] == "synthetic", values["recipe"].iterations
     if values["actions"] is None:
@@ -216,6 +264,16 @@ def configuration_of(name: str, parser: jsonargparse.ArgumentParser, parse: Call
     values |= {key: value for key, value in worked_out.items() if values[key] is None}
     sequences = {key: tuple(each(key, values[key])) for key in ("actions", "validate_on", "subjects")}
     return Configuration(**values | sequences)
+
+
+def there_are(parser: jsonargparse.ArgumentParser, error: str) -> str:
+    """Return what to add to an error of unknown arguments: the option that was meant, or all that there are."""
+    if "unrecognized" not in error:
+        return ""
+    names = [f"--{name if '.' in name else name.replace('_', '-')}" for name in sorted(parser.get_defaults().keys())]
+    group = re.search(r"--\w+\.", error)
+    of_group = [name for name in names if group and name.startswith(group[0])]
+    return meant(error.split(), of_group or names) or f"; there are {', '.join(of_group or names)}"
 
 
 def _some_of(name: str, values: Sequence[Any], choices: Sequence[Any]) -> None:

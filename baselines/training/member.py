@@ -18,10 +18,10 @@ from baselines.models import MODELS
 from baselines.models.base import MotionModel
 from baselines.tasks import Task
 from baselines.training import objectives, runs, validation
-from baselines.training._files import write_atomically
 from baselines.training.config import Configuration
 from baselines.training.validation import Row
-from baselines.training.windows import Batch, Batches, TrainingSet
+from baselines.training.windows import Batch, Batches, TrainingSet, digest
+from npss._write import write_atomically
 
 #: The file of a run with what was measured at each validation.
 METRICS = "metrics.csv"
@@ -57,6 +57,8 @@ class Member(nn.Module):
         self._batches = Batches(
             training_set, batch=recipe.batch, n_seed=recipe.n_seed, n_target=recipe.n_target, seed=configuration.seed
         )
+        #: Of what is trained on: a run does not go on with other motion.
+        self.motion = digest(training_set)
         self._validation = validation_tasks
         self._normalization = training_set.normalization
         self.out = out
@@ -107,15 +109,12 @@ class Member(nn.Module):
         row |= {name: values.mean().item() for name, values in self.kept().items()}
         self.losses.clear()
         if not math.isfinite(row["loss"]):
-            raise ValueError(
-                f"training has diverged: the loss of {self.out} was {row['loss']} by iteration {iteration}; "
-                f"try a lower --recipe.lr"
-            )
+            raise self._diverged(iteration, f"the loss was {row['loss']}")
         model = self.model
         if self.average is not None:
-            row |= {f"{name}_not_averaged": value for name, value in self._measure(model).items()}
+            row |= {f"{name}_not_averaged": value for name, value in self._measure(model, iteration).items()}
             model = cast(MotionModel, self.average.module)
-        row |= self._measure(model)
+        row |= self._measure(model, iteration)
         self.rows.append(row)
         if row is validation.best(self.rows, select):
             measured = {**row, "signature": validation.signature(self._validation)}
@@ -123,7 +122,7 @@ class Member(nn.Module):
         write_atomically(self.out / METRICS, self._write_rows)
         return row
 
-    def _measure(self, model: MotionModel) -> Row:
+    def _measure(self, model: MotionModel, iteration: int) -> Row:
         """Measure a model on the validation windows; what is random in it is drawn alike each time."""
         predictors = [
             runs.ModelPredictor(
@@ -131,7 +130,15 @@ class Member(nn.Module):
             )
             for task in self._validation
         ]
-        return validation.measure(predictors, self._validation)
+        try:
+            return validation.measure(predictors, self._validation)
+        except ValueError as error:  # the last step may have been the one, of which no loss tells
+            raise self._diverged(iteration, str(error)) from error
+
+    def _diverged(self, iteration: int, sign: str) -> ValueError:
+        return ValueError(
+            f"training of {self.out} has diverged by iteration {iteration}: {sign}; try a lower --recipe.lr"
+        )
 
     def _write_rows(self, path: Path) -> None:
         with path.open("w", newline="", encoding="utf-8") as file:

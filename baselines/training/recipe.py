@@ -136,6 +136,17 @@ class Recipe:
         """Return what changes the loss from one iteration to another: while it is the same, so is what is computed."""
         return self.lambda_at(iteration), self.noise_at(iteration)
 
+    def work(self, iteration: int) -> float:
+        """Return about how much there is to compute in an iteration, in frames that are computed forwards.
+
+        Backwards takes twice as long. With ``'eq6'``, nothing goes backwards through the closed loop while its weight
+        is zero: early iterations are faster.
+        """
+        opened = 3.0 * (self.n_seed + self.n_target)
+        if self.regime != "eq6":
+            return opened
+        return opened + (3.0 if self.lambda_at(iteration) > 0 else 1.0) * self.n_target
+
     def compressed(self, iterations: int) -> Recipe:
         """Return the recipe for so many iterations, with all its schedules in proportion."""
         positive_integer("iterations", iterations)

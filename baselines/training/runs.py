@@ -14,10 +14,10 @@ import torch
 from baselines.models import MODELS
 from baselines.models.base import MotionModel
 from baselines.training import config
-from baselines.training._files import write_atomically
 from baselines.training.config import Configuration
 from npss._checks import Array, check_finite, positive_integer
 from npss._poses import POSE
+from npss._write import write_atomically
 from npss.protocol import COLUMNS, Normalization
 
 try:
@@ -173,7 +173,7 @@ def load(path: Path) -> Run:
     FileNotFoundError, ValueError
         If a file is missing, is broken or does not fit the other: names it.
     """
-    configuration = config.read(path / config.FILE)
+    configuration = config.read(config.of_run(path))
     with torch.random.fork_rng(devices=[]):  # the weights are drawn, and then replaced
         model = MODELS[configuration.name].build(configuration.model, len(configuration.actions))
     file = path / FILE

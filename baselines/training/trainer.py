@@ -1,12 +1,8 @@
-"""Training by Lightning such that runs that are cut off anywhere, and resumed, end as if they had not been."""
+"""Models in training: one, or several at once, each as if it were alone."""
 
 from __future__ import annotations
 
 import itertools
-import logging
-import pickle
-import sys
-import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -18,28 +14,21 @@ import torch
 from torch import Tensor, nn
 
 from baselines.tasks import Task
-from baselines.training._files import write_atomically
 from baselines.training.captured import Captured
 from baselines.training.config import CHECKPOINT, Configuration
+from baselines.training.fitting import Resumable, fit
 from baselines.training.member import METRICS, Member
 from baselines.training.recipe import Recipe
 from baselines.training.rmsprop import RMSpropTF
 from baselines.training.validation import Row
 from baselines.training.windows import TrainingSet
 
-try:
-    from lightning.pytorch import LightningModule, Trainer
-    from lightning.pytorch.loggers import TensorBoardLogger
-    from lightning.pytorch.plugins import TorchCheckpointIO
-except ImportError:
-    raise ImportError("training needs lightning: pip install 'npss[baselines]'") from None
-
-__all__ = ["CHECKPOINT", "METRICS", "AtomicIO", "Member", "train", "train_together"]
+__all__ = ["CHECKPOINT", "METRICS", "Member", "train", "train_together"]
 
 _Batches = Sequence[tuple[Tensor, Tensor]]  # one for each member
 
 
-class Training(LightningModule):
+class Training(Resumable):
     """Runs in training, each as if it were alone.
 
     The learning rate is a function of the iteration. What else an iteration depends on beside `Member`, the weights and
@@ -57,15 +46,20 @@ class Training(LightningModule):
     """
 
     def __init__(self, members: Sequence[Member], out: Path) -> None:
-        super().__init__()
+        recipe: Recipe = members[0].configuration.recipe
+        super().__init__(
+            out,
+            [recipe.work(iteration) for iteration in range(recipe.iterations)],
+            what=f"{recipe.iterations} iterations",
+            shorter="--iterations N trains for fewer, all schedules in proportion",
+        )
         self.members = nn.ModuleList(members)
         self.configuration = members[0].configuration
-        self.recipe: Recipe = self.configuration.recipe
+        self.recipe = recipe
         for member in members[1:]:
             one = member.configuration
             if replace(self.configuration, actions=one.actions, validate_on=one.validate_on, seed=one.seed) != one:
                 raise ValueError(f"runs: {member.out} differs from {members[0].out} in more than actions and seed")
-        self.out = out
         self._captured: list[Captured] = []
         self._captured_at: object = None
 
@@ -147,9 +141,7 @@ class Training(LightningModule):
         if validate:
             for member in members:
                 self._log(member, member.validate(done))
-        if validate or done % self.configuration.checkpoint_every == 0:
-            # Last, because it is what counts: all that came before would be done again, and be the same.
-            self.trainer.save_checkpoint(self.out / CHECKPOINT)
+        self.step_is_done(checkpoint=validate or done % self.configuration.checkpoint_every == 0)
 
     def _log(self, member: Member, row: Row) -> None:
         if self.logger is not None:
@@ -160,6 +152,7 @@ class Training(LightningModule):
         """Add what has been measured, and of whom."""
         members = self._members()
         checkpoint["runs"] = self._names()
+        checkpoint["motion"] = [member.motion for member in members]
         checkpoint["rows"] = [member.rows for member in members]
         checkpoint["losses"] = [member.kept() for member in members]
 
@@ -170,24 +163,13 @@ class Training(LightningModule):
             raise ValueError(
                 f"--resume: {self.out / CHECKPOINT} is of {', '.join(names)}, not of {', '.join(self._names())}"
             )
+        motions = checkpoint.get("motion", [None] * len(names))  # older ones do not say
+        for member, motion in zip(self._members(), motions, strict=True):
+            if motion not in (None, member.motion):
+                raise ValueError(f"--resume: {member.out} was trained on other motion than there is now")
         for member, rows, losses in zip(self._members(), checkpoint["rows"], checkpoint["losses"], strict=True):
             member.rows = rows
             member.losses.update({name: list(values.unbind()) for name, values in losses.items()})
-
-
-class AtomicIO(TorchCheckpointIO):
-    """Lightning's checkpoints, written such that the old one or the new one is there, whole."""
-
-    def save_checkpoint(self, checkpoint: dict[str, Any], path: Any, storage_options: Any | None = None) -> None:
-        """Write a checkpoint: Lightning's own way is by a file in another folder, perhaps of another disk."""
-        write_atomically(Path(path), partial(torch.save, checkpoint))
-
-    def load_checkpoint(self, path: Any, *arguments: Any, **options: Any) -> dict[str, Any]:
-        """Read a checkpoint; nothing in it can run code."""
-        try:
-            return super().load_checkpoint(path, *arguments, **{**options, "weights_only": True})
-        except (EOFError, pickle.UnpicklingError, RuntimeError) as error:
-            raise ValueError(f"{path}: not a checkpoint ({error})") from error
 
 
 def train(
@@ -225,6 +207,8 @@ def train(
     ------
     ValueError
         If the data do not suffice, training diverges, or the checkpoint is broken.
+    KeyboardInterrupt, Stopped
+        As `baselines.training.fitting.fit`.
     """
     run = (configuration, training_set, validation_tasks, out)
     (rows,) = train_together([run], out, device=device, tensorboard=tensorboard)
@@ -262,27 +246,8 @@ def train_together(
     ValueError
         As `train`; or if configurations differ in more than that. One that diverges ends all.
     """
-    checkpoint = out / CHECKPOINT
-    logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)  # no advertisements
-    random = torch.random.fork_rng(devices=range(torch.cuda.device_count()))
-    with random, _multiplying("high" if tf32 else "highest"), warnings.catch_warnings():
-        # Lightning 2.6 itself uses what torch has deprecated since.
-        warnings.filterwarnings("ignore", r".*LeafSpec", FutureWarning)
-        warnings.filterwarnings("ignore", "GPU available but not used", UserWarning)  # as was asked
-        training = Training([Member(*run) for run in runs], out)
-        trainer = Trainer(
-            accelerator=device,
-            devices=1,
-            max_epochs=-1,
-            max_steps=training.recipe.iterations,
-            plugins=[AtomicIO()],
-            logger=TensorBoardLogger(out, name="", version="tensorboard") if tensorboard else False,
-            enable_progress_bar=sys.stdout.isatty(),
-            enable_checkpointing=False,
-            enable_model_summary=False,
-            default_root_dir=out,
-        )
-        trainer.fit(training, ckpt_path=checkpoint if checkpoint.exists() else None, weights_only=True)
+    with _multiplying("high" if tf32 else "highest"):
+        training = fit(lambda: Training([Member(*run) for run in runs], out), device=device, tensorboard=tensorboard)
     return [member.rows for member in training._members()]
 
 

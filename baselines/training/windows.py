@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -116,6 +117,15 @@ def checked_seed(seed: object) -> int:
     if not 0 <= seed < _SEEDS:
         raise ValueError(f"seed: expected an integer from 0 to 2**32 - 1, got {seed}")
     return int(seed)
+
+
+def digest(training_set: TrainingSet) -> str:
+    """Return a digest of all clips: the same if and only if they are, to the bit."""
+    found = hashlib.sha256()
+    for clip in training_set.clips:
+        found.update(f"{clip.name} {clip.action} {clip.poses.shape} ".encode())
+        found.update(np.ascontiguousarray(clip.poses).data)
+    return found.hexdigest()
 
 
 def h36m_training_set(

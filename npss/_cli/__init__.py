@@ -13,10 +13,9 @@ from npss._cli import demo, explain, leaderboard, report, score, study
 from npss._cli._parser import Parser
 from npss._console import allow_any_text
 
-#: The extra of ``npss`` that brings a package, where that is not called like it.
-_EXTRAS = {"h5py": "h5", "matplotlib": "plot", "scipy": "study", "pybvh": "manifold"} | dict.fromkeys(
-    ("docstring_parser", "filelock", "jsonargparse", "lightning", "safetensors", "torch"), "baselines"
-)
+#: The extra of ``npss`` that brings a package.
+_EXTRAS = {"h5py": "h5", "matplotlib": "plot", "pandas": "pandas", "pybvh": "manifold", "scipy": "study"}
+_EXTRAS |= dict.fromkeys(("filelock", "jsonargparse", "lightning", "safetensors", "torch"), "baselines")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -47,16 +46,26 @@ def run(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> int
         print(f"{parser.prog}: interrupted", file=sys.stderr)
         return 128 + signal.SIGINT
     except (ImportError, OSError, TypeError, ValueError) as error:
-        print(f"{parser.prog}: error: {' '.join(told(error).split())}", file=sys.stderr)
+        message = told(error, getattr(options, "extra", None))
+        print(f"{parser.prog}: error: {' '.join(message.split())}", file=sys.stderr)
         return 2
     return 0
 
 
-def told(error: Exception) -> str:
-    """Return what an error tells people: no numbers of errors, and what to install where a package is missing."""
+def told(error: Exception, extra: str | None = None) -> str:
+    """Return what an error tells people: no numbers of errors, and what to install where a package is missing.
+
+    Parameters
+    ----------
+    error : Exception
+        Of whatever kind.
+    extra : str, optional
+        The extra of ``npss`` that a command needs as a whole.
+    """
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename is not None else error.strerror
     if isinstance(error, ModuleNotFoundError) and error.name is not None:
         package = error.name.partition(".")[0]
-        return f"this needs {package}, which is not installed: pip install 'npss[{_EXTRAS.get(package, package)}]'"
+        if package in _EXTRAS:
+            return f"this needs {package}, which is not installed: pip install 'npss[{extra or _EXTRAS[package]}]'"
     return str(error)

@@ -31,10 +31,12 @@ def meant(unknown: Sequence[str], known: Iterable[str]) -> str:
     --------
     >>> meant(["--iteration", "9"], ["--iterations", "--seed"])
     '; did you mean --iterations?'
-    >>> meant(["9"], ["--iterations", "--seed"])
+    >>> meant(["--recipe.rate", "9"], ["--recipe.lr", "--rate"])
     ''
     """
-    names = list(known)
-    close = [difflib.get_close_matches(one.partition("=")[0], names, 1) for one in unknown if one.startswith("-")]
-    found = dict.fromkeys(name for names in close for name in names)
+    options = [(*name.lstrip("-").rpartition("."), name) for name in known]  # of a group, only the rest is compared
+    found: dict[str, None] = {}
+    for group, _, last in (one.partition("=")[0].lstrip("-").rpartition(".") for one in unknown if one[:1] == "-"):
+        names = {tail: name for of, _, tail, name in options if of == group}
+        found |= dict.fromkeys(names[close] for close in difflib.get_close_matches(last, names, 1))
     return f"; did you mean {' '.join(found)}?" if found else ""
