@@ -69,8 +69,6 @@ class Resumable(LightningModule):
         self._told = False
         self._saved = time.monotonic()
         self._patience = _FIRST
-        if self.trainer.progress_bar_callback is None:
-            self._progress = Progress("training", done=self._done())
 
     def step_is_done(self, *, checkpoint: bool) -> None:
         """Save a checkpoint, if one is asked for or due, and say how far training is. To be called after each step."""
@@ -104,6 +102,8 @@ class Resumable(LightningModule):
         now, done = time.monotonic(), self._done()
         if self._began is None:
             self._began = now, done
+            if self.trainer.progress_bar_callback is None:
+                self._progress = Progress("training", done=done)
             return
         self._told = True
         left = (now - self._began[0]) * (1 - done) / (done - self._began[1])
