@@ -1,15 +1,19 @@
 """``python -m baselines manifold``: the table, the pictures, and the commands that print and draw them."""
 
+import io
 import json
 import shutil
 from dataclasses import replace
 
+import matplotlib as mpl
+import numpy as np
 import pytest
 import torch
 
 import npss
 from baselines.__main__ import main
-from baselines.manifold import evaluation, gallery, runs, table
+from baselines.data.motion import JOINTS
+from baselines.manifold import evaluation, gallery, pictures, runs, table
 from baselines.manifold.autoencoder import Autoencoder, AutoencoderConfig
 from baselines.manifold.bench import Bench
 from baselines.manifold.config import FILE, defaults, write
@@ -100,6 +104,15 @@ def run(motions, tmp_path_factory):
     return folder
 
 
+def test_pictures_are_drawn_whatever_the_settings_and_the_names():
+    name = r"a_b $x_1$ 5% ~ ^2 {c} \d"
+    motion = np.random.default_rng(0).normal(size=(4, len(JOINTS.names), 3))
+    with mpl.rc_context({"text.usetex": True}):
+        for figure in (pictures.strips({name: motion}, name), pictures.bars({name: {name: 1.0}}, "what", name)):
+            figure.savefig(written := io.StringIO(), format="svg")
+            assert written.getvalue().count(name) >= 2
+
+
 class TestCommands:
     @pytest.mark.parametrize("use", ["repair", "fill", "interpolate", "sample", "filters"])
     def test_numbers_and_a_picture(self, use, run, records, tmp_path, capsys):
@@ -143,13 +156,13 @@ class TestCommands:
     def test_several_runs_in_a_table(self, run, tmp_path, capsys):
         other = tmp_path / "other"
         shutil.copytree(run, other)
-        pictures = tmp_path / "pictures"
-        options = ["--quick", "--format", "table", "--pictures", str(pictures)]
+        drawings = tmp_path / "pictures"
+        options = ["--quick", "--format", "table", "--pictures", str(drawings)]
         assert main(["manifold", "table", str(run), str(other), *options]) == 0
         printed = capsys.readouterr().out
         assert "model of untrained: manifold-" in printed
         assert "model of other: manifold-" in printed
-        drawn = {path.stem for path in pictures.iterdir()}
+        drawn = {path.stem for path in drawings.iterdir()}
         assert drawn == {*USES, "interpolate", "sample", "filters", "nearest"}  # one action: nothing to tell apart
         assert main(["manifold", "table", str(run), str(run), "--quick"]) == 2
         assert "there is another file of a model 'untrained'" in capsys.readouterr().err

@@ -5,6 +5,7 @@ import io
 import re
 import subprocess
 import sys
+from html import unescape
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -22,6 +23,7 @@ from matplotlib.text import Text
 
 import npss.plot
 from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval
+from npss.plot._style import label
 from npss.skeleton import H36M, Skeleton, poses_to_positions
 
 PAGE = Path(__file__).parents[1] / "docs" / "pictures.md"
@@ -87,8 +89,8 @@ class TestSpectra:
 
     def test_the_upper_half_of_two_sided_bins_is_called_negative(self, motion):
         axes = npss.plot.spectra(*motion, fps=20).axes[1]
-        for place, label in zip(axes.get_xticks(), axes.get_xticklabels(), strict=True):
-            frequency = float(label.get_text().replace("−", "-"))
+        for place, tick in zip(axes.get_xticks(), axes.get_xticklabels(), strict=True):
+            frequency = float(tick.get_text().replace("−", "-"))
             assert place == pytest.approx(frequency if place < 10 else frequency + 20)
         assert min(float(label.get_text().replace("−", "-")) for label in axes.get_xticklabels()) < 0
 
@@ -465,8 +467,75 @@ def test_a_long_signature_takes_several_lines(motion):
     assert f"joints without a share: 0\n{stated.signature}" in texts(figure)
 
 
+#: What a user may have in a matplotlibrc.
+SETTINGS = {
+    "text.usetex": True,
+    "axes.facecolor": "black",
+    "font.size": 30,
+    "lines.linewidth": 9,
+    "axes.grid": True,
+    "figure.constrained_layout.use": False,
+    "savefig.dpi": 10,
+    "savefig.bbox": "tight",
+    "svg.fonttype": "none",
+    "axes.formatter.use_mathtext": True,
+    "path.sketch": (1, 100, 2),
+}
+
+
+def pixels(figure):
+    figure.savefig(written := io.BytesIO(), format="png", dpi=50)
+    return written.getvalue()
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_the_settings_of_the_user_change_nothing(name):
+    """Neither while it is made nor when it is written; with text.usetex, all of it would be given to LaTeX."""
+    expected = pixels(PICTURES[name]())
+    with mpl.rc_context(SETTINGS):
+        figure = PICTURES[name]()
+        assert pixels(figure) == expected
+        assert dict(mpl.rcParams) == dict(mpl.rcParams) | SETTINGS
+
+
+HOSTILE = r"a_b $x_1$ 5% ~ ^2 {c} \d & # \$"
+
+
+def test_names_are_printed_as_they_are(motion, motions):
+    gt, pred = motion
+    with mpl.rc_context({"text.usetex": True}):
+        figures = [
+            npss.plot.errors(gt, {HOSTILE: pred}, fps=25),
+            npss.plot.spectra(gt, pred, fps=25, names=(HOSTILE, "b"), feature_names=[HOSTILE, *"bcde"]),
+            npss.plot.contributions(npss.report(gt, pred, feature_names=[f"{HOSTILE}.x", *"bcde"])),
+            npss.plot.film_strip({HOSTILE: motions["model"]}, fps=25, at_ms=(40,), skeleton=TestFilmStrip.CROSS),
+            npss.plot.sensitivity([row | {"distortion": HOSTILE} for row in TestSensitivity.ROWS[-2:]]),
+        ]
+        for figure in figures:
+            figure.savefig(written := io.StringIO(), format="svg")
+            assert HOSTILE in unescape(written.getvalue())  # texts are paths, and stand beside them as comments
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        (f"{60 * 'a'}/seed-0", f"{20 * 'a'}…{12 * 'a'}/seed-0"),
+        ("_hidden", "\N{ZERO WIDTH SPACE}_hidden"),
+        ("a\nb\x1b", "a b"),
+    ],
+)
+def test_what_a_label_says(name, shown):
+    assert label(name) == shown
+
+
+def test_a_model_has_a_name(motion):
+    with pytest.raises(ValueError, match="the name of a model is empty: ' '; for ' ' of preds"):
+        npss.plot.errors(motion[0], {" ": motion[1]}, fps=25)
+
+
 @pytest.mark.parametrize("name", PICTURES)
 def test_without_matplotlib_says_what_to_install(name, monkeypatch):
+    monkeypatch.delitem(sys.modules, "npss.plot._figure", raising=False)
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(ImportError, match=r"^npss\.plot needs matplotlib: pip install 'npss\[plot\]'$"):
         PICTURES[name]()

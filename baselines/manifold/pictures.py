@@ -9,7 +9,7 @@ import numpy as np
 
 from baselines.data.motion import JOINTS
 from npss._checks import Array
-from npss.plot._style import COLOURS, GREY, SMALL, TINY, TRUTH, footnote, label, new_figure, tidy
+from npss.plot._style import COLOURS, GREY, SMALL, TINY, TRUTH, by_defaults, footnote, label, new_figure, tidy
 from npss.skeleton import Skeleton
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ _ROW, _BELOW = 1.55, 0.2  # heights: from row to row, and below the ground
 _NAME = 2.0  # heights at the left, for the row's name
 
 
+@by_defaults
 def strips(
     motions: Mapping[str, Array], *notes: str, skeleton: Skeleton = JOINTS, n_figures: int = 12, fps: float = 30
 ) -> Figure:
@@ -88,6 +89,7 @@ def strips(
     return figure
 
 
+@by_defaults
 def bars(values: Mapping[str, Mapping[str, float]], what: str, *notes: str) -> Figure:
     """Draw bars: a group for each outer name, a bar in it for each inner one, the value beside it.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from npss._checks import Float64
 from npss._report import joint_of
-from npss.plot._style import COLOURS, GREY, SMALL, TINY, footnote, label, new_figure, tidy
+from npss.plot._style import COLOURS, GREY, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,6 +20,7 @@ _MOST_PRINTED = 12  # sequences, up to which a cell has room for its number
 _LEAST_PRINTED = 0.005
 
 
+@by_defaults
 def contributions(report: Report) -> Figure:
     """Draw the share of the score that each joint of each sequence has.
 

@@ -12,14 +12,16 @@ from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval
 from npss._checks import positive_number
 from npss._euler_error import sequence_errors
 from npss._fields import Value
+from npss._names import model_name
 from npss._signature import signature, stated_with
-from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TINY, footnote, label, new_figure, tidy
+from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
 from npss.protocol import SLICES_MS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@by_defaults
 def errors(
     gt: npt.ArrayLike,
     preds: Mapping[str, npt.ArrayLike],
@@ -86,7 +88,7 @@ def errors(
     curves = {}
     for name, pred in preds.items():
         try:
-            curves[name] = sequence_errors(gt, pred)  # (N, T)
+            curves[model_name(name)] = sequence_errors(gt, pred)  # (N, T)
         except (TypeError, ValueError) as error:
             raise type(error)(f"{error}; for {name!r} of preds") from None
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from npss._checks import Array, check_finite, each, is_real, one_of, positive_number, real_array
 from npss._frames import whole_frames
-from npss.plot._style import COLOURS, GREY, SMALL, TRUTH, footnote, label, new_figure
+from npss.plot._style import COLOURS, GREY, SMALL, TRUTH, by_defaults, footnote, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,6 +22,7 @@ _COLOUR = {"left": COLOURS[0], "right": COLOURS[1], "centre": TRUTH}
 _CELL = 1.9  # height of a skeleton, in inches
 
 
+@by_defaults
 def film_strip(
     motions: Mapping[str, npt.ArrayLike],
     *,

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from npss._checks import each
-from npss.plot._style import COLOURS, SMALL, TINY, footnote, new_figure, tidy
+from npss.plot._style import COLOURS, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 _NEEDED = ("distortion", "strength", "unit", "euler_error", "npss", "signatures")
 
 
+@by_defaults
 def sensitivity(rows: Sequence[Mapping[str, Any]]) -> Figure:
     """Draw how metrics answer to distortions: a column for each distortion, a row for each metric.
 
@@ -66,22 +67,22 @@ def sensitivity(rows: Sequence[Mapping[str, Any]]) -> Figure:
 
     figure = new_figure(0.8 + 1.8 * len(distortions), 0.8 + 1.5 * len(metrics))
     panels = figure.subplots(len(metrics), len(distortions), squeeze=False, sharex="col", sharey="row")
-    for row, (metric, label) in enumerate(metrics.items()):
+    for row, (metric, what) in enumerate(metrics.items()):
         for axes, (name, group) in zip(panels[row], distortions.items(), strict=True):
             ordered = sorted(group, key=lambda record: float(record["strength"]))
             strengths = [record["strength"] for record in ordered]
             values = [_value(record, metric) for record in ordered]
             axes.plot(strengths, values, color=COLOURS[0], linewidth=1.5, marker="o", markersize=3)
             for i, (yardstick, record) in enumerate(yardsticks.items(), 1):
-                height = _value(record, metric)
-                axes.axhline(height, color=COLOURS[i % len(COLOURS)], linewidth=1, linestyle="--", label=yardstick)
+                style = {"color": COLOURS[i % len(COLOURS)], "linewidth": 1, "linestyle": "--"}
+                axes.axhline(_value(record, metric), **style, label=label(yardstick))
             if row == 0:
-                axes.set_title(name, fontsize=SMALL + 1)
+                axes.set_title(label(name), fontsize=SMALL + 1)
             if row == len(metrics) - 1:
-                axes.set_xlabel(group[0]["unit"], fontsize=SMALL)
+                axes.set_xlabel(label(group[0]["unit"]), fontsize=SMALL)
             tidy(axes)
         panels[row, 0].set_ylim(bottom=0)
-        panels[row, 0].set_ylabel(label, fontsize=SMALL)
+        panels[row, 0].set_ylabel(what, fontsize=SMALL)
     if yardsticks:
         panels[0, 0].legend(frameon=False, fontsize=TINY)
     footnote(figure, *dict.fromkeys(records[0]["signatures"][metric] for metric in metrics))

@@ -14,7 +14,7 @@ from npss._fields import Value
 from npss._power import PowerSpectrum
 from npss._score import score
 from npss._signature import signature, stated_with
-from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TRUTH, footnote, label, new_figure, tidy
+from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TRUTH, by_defaults, footnote, label, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _FLOOR = 1e-8  # shares below it are not shown: rounding, or close to it
 
 
+@by_defaults
 def spectra(
     gt: npt.ArrayLike,
     pred: npt.ArrayLike,

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
+
+from npss._names import one_line
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+Given = ParamSpec("Given")
+Drawn = TypeVar("Drawn")
 
 #: Colours of M. Okabe and K. Ito, "Color Universal Design", 2008, but black and yellow.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -22,24 +29,37 @@ _LONGEST = 40  # letters of a name; a longer one would push the axes off the fig
 _LETTER = 0.56  # width of one, on average, in units of the size of the font
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure, in inches, that no global state knows of.
+def by_defaults(draw: Callable[Given, Drawn]) -> Callable[Given, Drawn]:
+    """Let a function draw by matplotlib's own settings: a user's ``text.usetex`` would take names for TeX.
 
-    Raises
-    ------
-    ImportError
-        Without matplotlib.
+    It raises the ImportError that says how to install matplotlib.
     """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise ImportError("npss.plot needs matplotlib: pip install 'npss[plot]'") from None
-    return Figure(figsize=(width, height), dpi=150, layout="constrained")
+
+    @wraps(draw)
+    def drawn(*args: Given.args, **options: Given.kwargs) -> Drawn:
+        from npss.plot._figure import defaults
+
+        with defaults():
+            return draw(*args, **options)
+
+    return drawn
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure, in inches, that no global state knows of, nor does it know of any."""
+    from npss.plot._figure import Picture
+
+    return Picture(figsize=(width, height), dpi=150, layout="constrained")
 
 
 def label(name: str) -> str:
-    """Return a name as matplotlib prints it as it is: not as a formula, and not hidden for its first letter."""
-    short = name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
+    """Return a name as matplotlib prints it as it is: not as a formula, and not hidden for its first letter.
+
+    A long one is cut in the middle, since names mostly differ at their ends.
+    """
+    short = one_line(name)
+    if len(short) > _LONGEST:
+        short = f"{short[: _LONGEST // 2]}…{short[1 - _LONGEST // 2 :]}"
     escaped = short.replace("$", r"\$")
     return f"\N{ZERO WIDTH SPACE}{escaped}" if escaped.startswith("_") else escaped
 
