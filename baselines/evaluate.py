@@ -14,7 +14,7 @@ from baselines.tasks import Task, add_task_options, tasks_of
 from npss import poses_to_euler, protocol
 from npss._names import names_of_paths
 from npss._records import Record, measure
-from npss._tables import table
+from npss._tables import markdown_text, table
 
 EDGES_S = (0, 1, 2, 4)  # of table 5 of the NPSS paper
 
@@ -73,8 +73,10 @@ def summary(records: Sequence[Record], *, markdown: bool = False) -> str:
         cells = [
             [f"{value:.4f}" + ("*" if value == min(values) else " ") for value in values] for values in columns.values()
         ]
-        rows = [[record["model"], *row] for record, row in zip(of_action, zip(*cells, strict=True), strict=True)]
-        heading = f"{action} (lower is better, * best; under ms: Euler error in radians)"
+        escaped = markdown_text if markdown else str
+        names = [escaped(record["model"]) for record in of_action]
+        rows = [[name, *row] for name, row in zip(names, zip(*cells, strict=True), strict=True)]
+        heading = escaped(f"{action} (lower is better, * best; under ms: Euler error in radians)")
         parts.append(f"### {heading}" if markdown else heading)
         parts.append(table(["model", *columns], rows, "l" + "r" * len(columns), markdown=markdown))
         signatures = dict.fromkeys(line for record in of_action for line in record["signatures"].values())

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import html
 import math
+import re
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from npss._results import EULER
 from npss._standings import MARK, Standing
-from npss._tables import table
+from npss._tables import markdown_code, markdown_text, table
 
 #: How to cite the metric.
 CITE = (
@@ -25,6 +26,7 @@ _LATEX = {
         "^": r"\textasciicircum{}",
         "\\": r"\textbackslash{}",
         "|": r"\textbar{}",
+        "`": r"\textasciigrave{}",
         "†": r"\dag{}",
     },
 }
@@ -89,7 +91,7 @@ def to_text(
     markdown: bool = False,
 ) -> str:
     """Write the tables for a terminal (the best of a column marked ``*``) or in Markdown (in bold)."""
-    escaped = _markdown if markdown else str
+    escaped = markdown_text if markdown else str
 
     def cell(standing: Standing) -> str:
         value = _value(standing, digits)
@@ -108,7 +110,7 @@ def to_text(
         columns = [escaped(_short(column)) for column in one.columns]
         align = "rl" + "r" * len(columns)
         parts.append(table(["rank", "model", *columns], rows, align, markdown=markdown))
-        parts.append("\n".join(f"`{s}`  " if markdown else f"    {s}" for s in one.signatures))
+        parts.append("\n".join(f"{markdown_code(s)}  " if markdown else f"    {s}" for s in one.signatures))
     lines = [*notes, "Intervals of the Euler error: in HTML and CSV.", CITE] if _hidden(standings) else [*notes, CITE]
     parts.append("\n".join(f"- {escaped(line)}" if markdown else line for line in lines))
     return "\n\n".join(parts)
@@ -229,12 +231,8 @@ def _hidden(standings: Sequence[Standing]) -> bool:
     return any(one.low is not None and one.result.column.startswith(EULER) for one in standings)
 
 
-def _markdown(text: str) -> str:
-    escaped = "".join(f"\\{letter}" if letter in "\\`*_[]<>|" else letter for letter in text)
-    return escaped.replace("&", "&amp;")
-
-
 def _latex(text: str, *, breaks: bool = False) -> str:
     """Escape text; `breaks` is for typewriter type, and lets lines be broken after each ``|``."""
-    escaped = "".join(_LATEX.get(letter, letter) for letter in text).replace("–", "--").replace("∞", r"$\infty$")
+    escaped = "".join(_LATEX.get(letter, letter) for letter in text)
+    escaped = re.sub("-(?=-)", "-{}", escaped).replace("–", "--").replace("∞", r"$\infty$")
     return escaped.replace(_LATEX["|"], r"|\allowbreak{}") if breaks else escaped

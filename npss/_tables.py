@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 
@@ -31,3 +32,23 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str, *, m
 
     rules = ["-" * (width - 1) + (":" if markdown and side == "r" else "-") for width, side in columns]
     return "\n".join([line(header), line(rules), *(line(row) for row in rows)])
+
+
+def markdown_text(text: str) -> str:
+    r"""Return text as Markdown shows it as it is: nothing in it is markup, a formula, or struck out.
+
+    Examples
+    --------
+    >>> print(markdown_text("~a_b~ $x$"))
+    \~a\_b\~ \$x\$
+    """
+    escaped = re.sub(r"[\\`*_\[\]<>|~$^#]", r"\\\g<0>", text)
+    escaped = re.sub(r"^(?:(?=[-+])|(\d+)(?=[.)](?:\s|$)))", r"\1\\", escaped)  # or a list, or a rule
+    return escaped.replace("&", "&amp;")
+
+
+def markdown_code(text: str) -> str:
+    """Return text as code in Markdown, whatever marks of code are in it."""
+    ticks = "`" * (1 + max(map(len, re.findall("`+", text)), default=0))
+    blank = " " * (len(ticks) > 1)
+    return f"{ticks}{blank}{text}{blank}{ticks}"

@@ -333,7 +333,7 @@ class TestWritten:
         assert len(tables) == 2
         for rows in tables:
             assert len({row.replace("\\|", "").count("|") for row in rows}) == 1
-        assert "far\\_$off" in tables[0][2]  # in eating, the better one
+        assert "far\\_\\$off" in tables[0][2]  # in eating, the better one
         assert "**" in tables[0][2]
 
     def test_latex_is_escaped_and_balanced(self, board):

@@ -51,6 +51,10 @@ class TestTable:
             assert f"\n{use}: " in f"\n{text}"
         assert "joint_error+bone_error+npss|version:1|convention:paper|frames:160|fps:30|" in text
         assert "model of manifold: untrained-0" in text
+        repair = [r for r in records if r["use"] == "repair"]
+        for record in repair:  # that of each method is said
+            model = npss.parse_signature(record["signature"]).get("model")
+            assert model is None or f": {model}\n" in table.text(repair) + "\n"
 
     def test_the_best_is_marked_but_not_the_input(self, records):
         repair = table.text([r for r in records if r["use"] == "repair"]).splitlines()

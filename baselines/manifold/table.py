@@ -10,7 +10,7 @@ from baselines.manifold.restore import USES
 from npss import parse_signature, signature
 from npss._progress import Progress
 from npss._records import Record
-from npss._tables import table
+from npss._tables import markdown_text, table
 
 #: What a metric is called, and whether less of it is better; None where neither is.
 METRICS = {
@@ -51,7 +51,7 @@ def text(records: Sequence[Record], *, markdown: bool = False) -> str:
         groups.setdefault(_heading(record), []).append(record)
     parts = []
     for heading, group in groups.items():
-        parts.append(f"### {heading}" if markdown else heading)
+        parts.append(f"### {markdown_text(heading)}" if markdown else heading)
         parts.append(_table(group, markdown=markdown))
         parts.append("\n".join(f"    {line}" for line in _signatures(group)))
     return "\n\n".join(parts)
@@ -60,7 +60,8 @@ def text(records: Sequence[Record], *, markdown: bool = False) -> str:
 def listing(records: Sequence[Record], *, markdown: bool = False) -> str:
     """Lay records out as they are, a row each: distances of single clips."""
     columns = [name for name in records[0] if name not in ("use", "signature", "index")]
-    cells = [[_written(record[name]) for name in columns] for record in records]
+    escaped = markdown_text if markdown else str
+    cells = [[escaped(_written(record[name])) for name in columns] for record in records]
     align = "".join("r" if name in ("value", "rank") else "l" for name in columns)
     lines = [f"    {line}" for line in _signatures(records)]
     return "\n".join([table(columns, cells, align, markdown=markdown), "", *lines])
@@ -86,7 +87,10 @@ def _table(records: Sequence[Record], *, markdown: bool) -> str:
         if less is not None:
             tried = [values[method, metric] for method in methods if method != "input" and (method, metric) in values]
             best[metric] = (min if less else max)(tried, default=None)
-    rows = [[method, *(_cell(values.get((method, one)), best.get(one)) for one in metrics)] for method in methods]
+    escaped = markdown_text if markdown else str
+    rows = [
+        [escaped(method), *(_cell(values.get((method, one)), best.get(one)) for one in metrics)] for method in methods
+    ]
     names = [METRICS[metric][0] for metric in metrics]
     return table(["method", *names], rows, "l" + "r" * len(metrics), markdown=markdown)
 
@@ -104,15 +108,17 @@ def _cell(value: float | None, best: float | None) -> str:
 def _signatures(records: Sequence[Record]) -> list[str]:
     """Return what the numbers of a table are: a line for all metrics that share it, then one for each model."""
     metrics: dict[str, dict[str, None]] = {}
-    models = {}
+    models: dict[str, dict[str, str]] = {}  # by the method's name, by what it projects by, the first that does
     for record in records:
         stated = parse_signature(record["signature"])
         if model := stated.pop("model", None):
-            models[record["method"].partition(",")[0]] = model
+            models.setdefault(record["method"].partition(",")[0], {}).setdefault(model, record["method"])
         shared = signature(**{**stated, "metric": "npss", "convention": "paper"})
         metrics.setdefault(shared, {})[stated["metric"]] = None
     lines = []
     for shared, names in metrics.items():
         stated = parse_signature(shared) | {"metric": "+".join(names)}
         lines.append(signature(**stated | ({} if "npss" in names else {"convention": None})))
-    return [*lines, *(f"model of {method}: {model}" for method, model in models.items())]
+    for name, methods in models.items():  # the best size of principal components depends on what they see
+        lines += [f"model of {method if len(methods) > 1 else name}: {model}" for model, method in methods.items()]
+    return lines
