@@ -56,7 +56,8 @@ def euler_error(
         If `gt` or `pred` does not hold real numbers, or a time is no number.
     ValueError
         If the shapes are wrong or differ, a value is NaN or infinite, no feature of a sequence moves in the ground
-        truth, or a time is not a frame or beyond the last one: then the message names the nearest times there are.
+        truth (commands leave such a sequence out, and say so), or a time is not a frame or beyond the last one: then
+        the message names the nearest times there are.
 
     See Also
     --------
@@ -172,6 +173,21 @@ def sequence_errors(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: str = "g
     errors = np.concatenate(list(_errors(truth, prediction, columns)))
     _check_range(errors)
     return errors
+
+
+def moving_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+    """Read ground truth and prediction, and leave out sequences that have no Euler error, since nothing moves in them.
+
+    Also returned is which sequences are still, ``(N,)``. If all of them are, they are left in.
+    """
+    truth, prediction = motion_pair(gt, pred)
+    still = np.concatenate([~_moving(first).any(axis=1) for _, first, _ in _blocks(truth, truth)])
+    if still.any():  # or NaN, which does not move either
+        check_finite("gt", truth)
+        check_finite("pred", prediction)
+        if not still.all():
+            truth, prediction = truth[~still], prediction[~still]
+    return truth, prediction, still
 
 
 def _curve(gt: Array, pred: Array, columns: str) -> Float64:

@@ -98,6 +98,7 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
         "shares": Field("shares of the second motion"),
         "source": Field("where the motion is from"),
         "statistics": Field("version of the rules for intervals and p-values", "whole number"),
+        "still": Field("sequences that stand still, which the Euler error leaves out", "whole number"),
         "unlabelled": Field("clips without an action's name", "whole number"),
     }
 )

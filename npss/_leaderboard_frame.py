@@ -42,8 +42,7 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
         values: dict[tuple[str, str], dict[str, float]] = {}
         for standing in standings:
             result = standing.result
-            name = f"{result.model} (published)" if result.source else result.model
-            values.setdefault((result.action, result.column), {})[name] = result.value
+            values.setdefault((result.action, result.column), {})[result.label] = result.value
         models = list(dict.fromkeys(model for column in values.values() for model in column))
         columns = pd.MultiIndex.from_tuples(sorted(values, key=_order(values)), names=["action", "column"])
         rows = [[values[column].get(model, float("nan")) for column in columns] for model in models]

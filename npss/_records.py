@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from npss._blocks import STATISTICS_VERSION
-from npss._checks import motion_pair, positive_number
+from npss._checks import Float64, motion_pair, positive_number
 from npss._convention import CONVENTIONS, as_convention
-from npss._euler_error import euler_error, sequence_errors
+from npss._euler_error import euler_error, moving_pair, sequence_errors
 from npss._fields import Value
 from npss._fingerprint import fingerprint
 from npss._progress import Progress
@@ -69,10 +69,11 @@ def measure(
     -------
     dict
         ``npss`` by convention, ``npss_windows`` by convention and window, ``euler_error`` by time, as far as they were
-        asked for; the one ``signature`` of them all, and ``signatures``, that of each number by metric or convention.
-        In ``sequences``, lists with a value for each sequence: ``npss`` by convention, ``weight`` by convention (of
-        which the score is the weighted mean), ``euler_error`` by time, and the ground truth's ``fingerprint``; and
-        ``statistics``, the version of the rules by which they are to be read.
+        asked for; ``still``, the indices of sequences that the Euler error leaves out, since nothing moves in their
+        ground truth, if there are any; the one ``signature`` of them all, and ``signatures``, that of each number by
+        metric or convention. In ``sequences``, lists with a value for each sequence: ``npss`` by convention, ``weight``
+        by convention (of which the score is the weighted mean), ``euler_error`` by time (None for a still one), and
+        the ground truth's ``fingerprint``; and ``statistics``, the version of the rules by which they are to be read.
     """
     record: Record = {}
     alone: Record = {}  # of each sequence
@@ -84,14 +85,18 @@ def measure(
         stated["fps"] = positive_number("fps", fps)
     metric = "npss"
     if at_ms:
-        errors = euler_error(gt, pred, fps=_needed(fps), at_ms=at_ms)
-        record["euler_error"] = {str(time): error for time, error in errors.items()}
-        if sequences:
-            by_frame = sequence_errors(gt, pred).T  # (T, N)
-            frames = {str(time): round(time * _needed(fps) / 1000) for time in errors}
-            alone["euler_error"] = {time: by_frame[frame - 1].tolist() for time, frame in frames.items()}
-        stated |= {"columns": "gt", "average": "at"}
-        metric = "npss+euler_error"
+        moving, predicted, still = moving_pair(gt, pred)
+        record["euler_error"] = {}
+        if still.any():
+            record["still"] = np.flatnonzero(still).tolist()
+        if not still.all():
+            errors = euler_error(moving, predicted, fps=_needed(fps), at_ms=at_ms)
+            record["euler_error"] = {str(time): error for time, error in errors.items()}
+            if sequences:
+                frames = {str(time): round(time * _needed(fps) / 1000) for time in errors}
+                alone["euler_error"] = _by_time(sequence_errors(moving, predicted), still, frames)
+            stated |= {"columns": "gt", "average": "at"} | ({"still": int(still.sum())} if still.any() else {})
+            metric = "npss+euler_error"
     if unwrapped != "off":
         start = seed if unwrapped == "seed" else None
         gt, pred = unwrap(gt, seed=start), unwrap(pred, seed=start)
@@ -113,7 +118,7 @@ def measure(
     named = conventions[0] if len(conventions) == 1 else tuple(conventions)
     record["signature"] = signature(named, metric=metric, **stated)
     record["signatures"] = {name: signature_of(record, "npss", name) for name in conventions}
-    if at_ms:
+    if record.get("euler_error"):
         record["signatures"]["euler_error"] = signature_of(record, "euler_error")
     return record
 
@@ -134,6 +139,16 @@ def signature_of(record: Record, metric: str, convention: str | None = None, **c
     """
     stated = stated_of(metric, parse_signature(record["signature"]))
     return signature(**{**stated, "convention": convention, **context})
+
+
+def _by_time(errors: Float64, still: npt.NDArray[np.bool_], frames: Mapping[str, int]) -> dict[str, list[float | None]]:
+    """Return the error of each sequence at some frames, counted from 1: None for those that stand still."""
+    found = np.full((len(still), errors.shape[1]), np.nan)
+    found[~still] = errors
+    return {
+        time: [None if np.isnan(error) else error for error in found[:, frame - 1].tolist()]
+        for time, frame in frames.items()
+    }
 
 
 def _needed(fps: float | None) -> float:

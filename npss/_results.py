@@ -36,6 +36,11 @@ class Result:
     fingerprint: Float64 | None = None  # (N, 9), of the ground truth; (N,) of statistics version 1
     source: str = ""  # where a published number is from; empty for one's own
 
+    @property
+    def label(self) -> str:
+        """What tables call the model."""
+        return f"{self.model} (published)" if self.source else self.model
+
 
 def results_of_record(record: Record) -> list[Result]:
     """Read the numbers of a record, as `npss._records.measure` returns it, with ``model`` and ``action``.
@@ -84,9 +89,11 @@ def _results(record: Record) -> Iterator[Result]:
             which = signature_of(record, "npss", name, window=window)
             yield result(f"npss_windows: {name}: {window}", f"NPSS {name} {window} s", value, which)
     for time, value in _object("euler_error", record.get("euler_error", {})).items():
-        error = errors.get(time)
+        error, weight = errors.get(time), None
         which = signature_of(record, "euler_error")
-        weight = None if error is None else [1.0] * len(_list("sequences: euler_error", error))
+        if isinstance(error, list):  # in which a sequence that stands still is null, and does not count
+            weight = [float(one is not None) for one in error]
+            error = [0.0 if one is None else one for one in error]
         yield result(f"euler_error: {time}", f"{EULER} {time} ms", value, which, error, weight)
     distances, signatures = (_object("sequences: metrics", alone.get("metrics", {})), record.get("signatures", {}))
     for name, value in _object("metrics", record.get("metrics", {})).items():

@@ -172,7 +172,7 @@ def stated_of(metric: str, values: dict[str, Any]) -> dict[str, Any]:
         return values
     stated = {**values, "metric": metric}
     if metric == "npss":
-        for name in ("columns", "average"):  # of the Euler error
+        for name in ("columns", "average", "still"):  # of the Euler error
             stated.pop(name, None)
     else:
         stated["convention"] = None

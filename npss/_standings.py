@@ -43,6 +43,9 @@ def standings(results: Sequence[Result], *, level: float = 0.95, seed: int = 0) 
         If two of them are numbers of different meaning, of different ground truth, or of the same model.
     """
     checked_level(level)
+    published = {result.label for result in results if result.source}
+    if alike := [result.model for result in results if not result.source and result.model in published]:
+        raise ValueError(f"{alike[0]!r} is what a published model is called; call your own something else")
     _check_truths(results)
     columns: dict[tuple[str, str], list[Result]] = {}
     for result in results:
@@ -60,7 +63,7 @@ def _column(results: list[Result], level: float, seed: int) -> list[Standing]:
                 f"{first.signature} and {other.signature}"
             )
     ranked = [result for result in results if not result.source]
-    names = [result.model for result in ranked]
+    names = [result.label for result in results]
     if twice := [name for name in names if names.count(name) > 1]:
         raise ValueError(f"{where}: {twice[0]!r} is there twice")
     ends = _intervals(ranked, level, seed)
@@ -178,11 +181,24 @@ def notes(found: Sequence[Standing], *, level: float = 0.95, seed: int = 0) -> l
         )
         for action in dict.fromkeys(standing.result.action for standing in tested):
             lines += _too_few([s for s in tested if s.result.action == action], level)
+    lines += _still(tested)
     if any(standing.result.weight is None for standing in own):
         lines.append("Without intervals: numbers of which the single sequences are not known; ranked by value.")
     if sources:
         lines.append(f"Published numbers, not ranked: {'; '.join(sources)}.")
     return lines
+
+
+def _still(tested: Sequence[Standing]) -> list[str]:
+    """Say of which sequences there is no Euler error."""
+    euler = {one.result.action: one.result for one in tested if one.result.column.startswith(EULER)}
+    weights = {action: np.asarray(result.weight) for action, result in euler.items()}
+    return [
+        f"{action or 'all'}: without an Euler error, since nothing moves in their ground truth: "
+        f"{(weight == 0).sum()} of {len(weight)} sequences."
+        for action, weight in weights.items()
+        if (weight == 0).any()
+    ]
 
 
 def _too_few(tested: Sequence[Standing], level: float) -> list[str]:

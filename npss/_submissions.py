@@ -157,7 +157,14 @@ def read_records(path: Path) -> list[Record]:
 
 def read_all(paths: Sequence[Path], *, max_size: float = MAX_SIZE, **context: Any) -> list[Record]:
     """Read records from ``.json`` files, and measure the predictions that the others hold."""
-    records = [record for path in paths if path.suffix == ".json" for record in read_records(path)]
+    records = []
+    origin: dict[str, Path] = {}
+    for path in paths:
+        for record in read_records(path) if path.suffix == ".json" else ():
+            named = f"{record.get('action')!r} of {record.get('model')!r}"
+            if origin.setdefault(named, path) != path:
+                raise ValueError(f"{path}: {named} is in {origin[named]}, too")
+            records.append(record)
     samples = [path for path in paths if path.suffix != ".json"]
     if context and not samples:
         raise ValueError(f"{next(iter(context))}: records state their own; it is for files of samples")

@@ -3,7 +3,9 @@
 import csv
 import io
 import json
+import shutil
 
+import numpy as np
 import pytest
 
 pytest.importorskip("torch")
@@ -12,6 +14,10 @@ pytest.importorskip("jsonargparse")
 pytest.importorskip("pandas")
 
 from baselines.__main__ import main
+from baselines.draws import over_draws
+from baselines.tasks import synthetic_task
+from npss._records import measure
+from npss._results import results_of_record
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +51,47 @@ def test_is_ranked_beside_predictors(capsys, run, tmp_path):
     assert paper.keys() == {"zero-velocity", "small"}
     (alone,) = records(capsys, run)
     assert float(paper["small"]["value"]) == alone["npss"]["paper"]
+
+
+def test_runs_and_files_of_one_name_are_told_apart(capsys, run, tmp_path):
+    """Runs over seeds are all called seed-N; a file of predictions may be called as a predictor is."""
+    runs = [tmp_path / name for name in ("a/seed-0", "b/seed-0", "zero-velocity")]
+    for folder in runs:
+        shutil.copytree(run, folder)
+    file = tmp_path / "b" / "zero-velocity.npz"
+    target = synthetic_task().target
+    arrays = {f"expmap/{kind}/gait_{i}": motion for kind in ("gt", "preds") for i, motion in enumerate(target)}
+    np.savez(file, **arrays)
+
+    found = records(capsys, "zero-velocity", *runs)
+    names = ["zero-velocity", "a/seed-0", "b/seed-0", f"{tmp_path.name}/zero-velocity"]
+    assert [record["model"] for record in found] == names
+    assert len({record["npss"]["paper"] for record in found[1:]}) == 1  # they are copies of one run
+
+    command = ["leaderboard", "zero-velocity", *map(str, (*runs, file)), "--synthetic", "--format", "csv"]
+    assert main(command) == 0
+    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+    paper = {row["model"]: float(row["value"]) for row in rows if row["column"] == "NPSS paper"}
+    scores = {record["model"]: record["npss"]["paper"] for record in found}
+    assert paper == {**scores, "b/zero-velocity": 0.0}
+
+
+@pytest.mark.parametrize("command", ["evaluate", "leaderboard"])
+def test_a_model_is_named_once(capsys, run, command):
+    assert main([command, "zero-velocity", "zero-velocity", "--synthetic"]) == 2
+    assert "MODEL: 'zero-velocity' is there twice" in capsys.readouterr().err
+    assert main([command, str(run), f"{run.parent}/../{run.parent.name}/{run.name}", "--synthetic"]) == 2
+    assert "there is another file of a model 'small'" in capsys.readouterr().err
+
+
+def test_a_still_sequence_stays_one_over_draws():
+    """Of which there is no Euler error, in any draw."""
+    gt, *preds = np.random.default_rng(0).normal(size=(4, 3, 25, 5))
+    gt[1] = gt[1, 0]
+    record = over_draws([measure(gt, pred, fps=25, at_ms=(80,), sequences=True, frames=25) for pred in preds])
+    assert record["still"] == [1]
+    assert [one is None for one in record["sequences"]["euler_error"]["80"]] == [False, True, False]
+    assert len(results_of_record({"model": "m", "action": "a", **record})) == 4
 
 
 def test_is_not_asked_for_what_it_was_not_trained_on(capsys, run, h36m_root):

@@ -16,7 +16,8 @@ FORMATS = ("text", "markdown", "latex", "html", "csv")
 _DESCRIPTION = """\
 Rank models, with intervals, and mark differences that are more than chance.
 
-  npss leaderboard DIR            a folder with a file of samples for each model: MODEL.h5 or .npz, or MODEL/samples.h5
+  npss leaderboard DIR            a folder with a file of samples for each model: MODEL.h5 or .npz, or MODEL/samples.h5;
+                                  models of the same name are told apart by what differs in their paths
   npss leaderboard FILE ...       such files, and records (.json) as python -m baselines evaluate prints them
 
 Needs pandas: pip install 'npss[pandas]'.

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from npss._checks import Array
 from npss._cli.leaderboard import add_options, add_protocol, board_of, context_of, show
 from npss._diagnose import diagnose
+from npss._euler_error import moving_pair
 from npss._files import Pair
 from npss._pages.report import Figure, report_page
 from npss._poses import poses_to_euler
@@ -121,8 +122,9 @@ class _Action:
             first = {label: positions[0] for label, positions in self.clips.items()}
             strip = plot.film_strip(first, fps=FPS, at_ms=times, skeleton=H36M)
             yield self._figure("the first sequence", strip, "At the times of figure 2 of the NPSS paper.")
-        errors = plot.errors(self._gt, self._preds, fps=FPS, **self._context)
-        yield self._figure("Euler error over time", errors, "With pointwise intervals over sequences.")
+        if not moving_pair(self._gt, self._gt)[2].all():  # of sequences that stand still, there is none
+            errors = plot.errors(self._gt, self._preds, fps=FPS, **self._context)
+            yield self._figure("Euler error over time", errors, "With pointwise intervals over sequences.")
         stated: dict[str, Any] = {"fps": FPS, "convention": self._convention, "feature_names": FEATURE_NAMES}
         taken_apart = report(self._gt, self._preds[self._best], **stated, **self._context)
         if taken_apart.score == 0:

@@ -16,7 +16,7 @@ from npss._fields import Value
 from npss._files import Pair, add_max_size, read_pair, read_samples
 from npss._poses import poses_to_euler
 from npss._records import Record, measure, signature_of
-from npss._tables import table
+from npss._tables import markdown_code, markdown_text, table
 from npss._unwrap import unwrap
 from npss.protocol import FPS, SLICES_MS
 
@@ -132,7 +132,7 @@ def _record(
         raise type(error)((f"{pair.name}: {error}" if pair.name is not None else str(error)) + advice) from error
     motions = (pair.gt, pair.pred) if options.unwrap == "off" else (unwrap(pair.gt), unwrap(pair.pred))
     record["diagnosis"] = [str(finding) for finding in diagnose(*motions)]
-    if pair.stored_curve is not None:
+    if pair.stored_curve is not None and not record.get("still"):
         curve = euler_error_curve(pair.gt, pair.pred)
         record["stored_curve_difference"] = float(np.abs(curve - pair.stored_curve).max())
     return record if pair.name is None else {"action": pair.name, **record}
@@ -147,10 +147,13 @@ def _text(record: Record, *, markdown: bool) -> str:
     for time, value in record.get("euler_error", {}).items():
         rows.append([f"Euler error {time} ms", "", f"{value:.3f}", record["signatures"]["euler_error"]])
     if markdown:
-        rows = [[*row[:3], "`" + row[3].replace("|", "\\|") + "`"] for row in rows]
+        rows = [[*row[:3], markdown_code(row[3]).replace("|", "\\|")] for row in rows]
     lines = [table(["metric", "convention", "value", "signature"], rows, "llrl", markdown=markdown)]
     if "action" in record:
-        lines.insert(0, f"### {record['action']}\n" if markdown else record["action"])
+        lines.insert(0, f"### {markdown_text(record['action'])}\n" if markdown else record["action"])
+    if "still" in record:
+        still = ", ".join(map(str, record["still"]))
+        lines.append(f"\nWithout an Euler error, since nothing moves in their ground truth: sequence {still}.")
     if "stored_curve_difference" in record:
         difference = record["stored_curve_difference"]
         verdict = "reproduced" if difference < 1e-6 else "NOT reproduced"

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval
 from npss._checks import positive_number
-from npss._euler_error import sequence_errors
+from npss._euler_error import moving_pair, sequence_errors
 from npss._fields import Value
 from npss._names import model_name
 from npss._signature import signature, stated_with
@@ -58,7 +58,8 @@ def errors(
     Returns
     -------
     matplotlib.figure.Figure
-        With one axes. A band is open where fewer than four sequences do not tell.
+        With one axes. A band is open where fewer than four sequences do not tell. Sequences of which nothing moves in
+        the ground truth have no Euler error, and are left out; the signature counts them.
 
     Raises
     ------
@@ -88,12 +89,18 @@ def errors(
     curves = {}
     for name, pred in preds.items():
         try:
-            curves[model_name(name)] = sequence_errors(gt, pred)  # (N, T)
+            moving, predicted, still = moving_pair(gt, pred)
+            curve = np.zeros((len(still), moving.shape[-2]))
+            curve[~still] = sequence_errors(moving, predicted)
+            curves[model_name(name)] = curve  # (N, T)
         except (TypeError, ValueError) as error:
             raise type(error)(f"{error}; for {name!r} of preds") from None
 
-    n_sequences, n_frames = next(iter(curves.values())).shape
+    n_sequences, n_frames = int((~still).sum()), curve.shape[1]
+    weight = np.broadcast_to(~still, (n_frames, len(still))).astype(np.float64)
     known: dict[str, Value] = {"frames": n_frames, "fps": rate, "columns": "gt", "average": "at"}
+    if still.any():
+        known["still"] = int(still.sum())
     meaning = signature(None, metric="euler_error", **stated_with(errors, context, extra, **known))
     figure = new_figure(7, 4)
     axes = figure.subplots()
@@ -101,8 +108,9 @@ def errors(
     told = True
     for i, (name, curve) in enumerate(curves.items()):
         colour, dash = COLOURS[i % len(COLOURS)], DASHES[i % len(DASHES)]
-        axes.plot(times, curve.mean(axis=0), color=colour, linestyle=dash, linewidth=1.5, label=label(name))
-        low, high = bootstrap_interval(curve.T, np.ones_like(curve.T), level=level, seed=seed)
+        mean = curve.sum(axis=0) / n_sequences
+        axes.plot(times, mean, color=colour, linestyle=dash, linewidth=1.5, label=label(name))
+        low, high = bootstrap_interval(curve.T, weight, level=level, seed=seed)
         if np.isfinite(high).all():
             axes.fill_between(times, low, high, color=colour, alpha=0.15, linewidth=0)
         else:
