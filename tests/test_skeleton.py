@@ -1,5 +1,6 @@
 """Forward kinematics: oracles written from the files' own row vectors, anatomy on real motion, bad input."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -175,6 +176,7 @@ def test_bones_and_sides():
     assert H36M.sides.count("left") == H36M.sides.count("right") == 13
     across = H36M.offsets[:, 0]
     assert all(across[j] > 0 for j, side in enumerate(H36M.sides) if side == "left" and across[j])
+    assert Skeleton(["root", "tip"], [-1, 0], np.ones((2, 3))).bones == ((1, 0),)  # the root hangs on no bone
     names = ["LHipJoint", "LowerBack", "LeftFoot", "r_foot", "RThumb", "Rib", "rightHand", "L"]
     skeleton = Skeleton(names, [-1] + [0] * 7, np.ones((8, 3)))
     assert skeleton.sides == ("left", "centre", "left", "right", "right", "centre", "right", "centre")
@@ -209,6 +211,7 @@ def test_arrays_are_read_only_and_inputs_left_alone():
     with pytest.raises(AttributeError):
         skeleton.names = ("c", "d")
     assert skeleton.parents == (-1, 0)
+    assert dataclasses.replace(skeleton, names=["c", "d"]).names == ("c", "d")
     assert all(type(parent) is int for parent in skeleton.parents)
     poses = random_poses(3)
     before = poses.copy()
@@ -227,11 +230,14 @@ def test_arrays_are_read_only_and_inputs_left_alone():
         (["a", "b"], [-1, 0.0], np.zeros((2, 3)), TypeError, r"parents: expected integers, got 0.0 for b"),
         (["a", "b"], [-1, True], np.zeros((2, 3)), TypeError, r"parents: expected integers, got True for b"),
         (["a", "b"], [-1, 2], np.zeros((2, 3)), ValueError, "parents: 2 for b; expected -1 or one of the 2 joints"),
+        (["a", "b"], [-1, 3], np.zeros((2, 3)), ValueError, "parents: 3 for b"),
         (["a", "b"], [-2, 0], np.zeros((2, 3)), ValueError, "parents: -2 for a"),
         (["a", "b"], [-1, -1], np.zeros((2, 3)), ValueError, "parents: expected one root.*got 2"),
         (["a", "b"], [1, 0], np.zeros((2, 3)), ValueError, "parents: expected one root.*got 0"),
         (["a", "b", "c"], [-1, 2, 1], np.zeros((3, 3)), ValueError, "parents: b is not connected to the root"),
         (["a", "b"], [-1, 0], np.zeros((2, 2)), ValueError, r"offsets: expected shape \(J, 3\) = \(2, 3\), got"),
+        (["a", "b"], [-1, 0], np.zeros((2, 4)), ValueError, r"offsets: expected shape \(J, 3\) = \(2, 3\), got"),
+        (["a", "b"], [-1, 0], np.zeros((3, 3)), ValueError, r"offsets: expected shape \(J, 3\) = \(2, 3\), got"),
         (["a", "b"], [-1, 0], [[0, 0, 0], [0, np.nan, 0]], ValueError, r"offsets: nan at index \(1, 1\)"),
         (["a", "b"], [-1, 0], [["0"] * 3] * 2, TypeError, "offsets: expected real numbers"),
     ],
@@ -250,7 +256,7 @@ def test_bad_rotations_and_roots():
     broken[3, 1, 0, 0] = 2
     with pytest.raises(ValueError, match=r"^rotations: not a rotation matrix .* \(3, 1\)"):
         skeleton.positions(broken)
-    for shape in [(3,), (4, 3), (5, 2)]:
+    for shape in [(3,), (4, 3), (6, 3), (5, 2), (5, 4), (1, 5, 3)]:
         with pytest.raises(ValueError, match=r"^root: expected shape \(5, 3\), got"):
             skeleton.positions(straight, root=np.zeros(shape))
     with pytest.raises(ValueError, match=r"^root: inf at index \(2, 0\)"):

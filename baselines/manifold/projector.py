@@ -66,8 +66,8 @@ class Manifold:
         Returns
         -------
         (n, T', H) ndarray
-            Hidden units of the last layer, between -1 and 1, of the network's dtype, float32 as a rule; T' is T over
-            the frames to a step, rounded up.
+            Hidden units of the last layer, between -1 and 1, in the network's precision; T' is T over the frames to a
+            step, rounded up.
 
         Raises
         ------
@@ -114,10 +114,8 @@ class Manifold:
 
     def _parts(self, values: Array) -> list[Tensor]:
         """Return arrays as the network takes them, as many at once as memory should hold."""
-        tensor = torch.from_numpy(np.asarray(values, np.float64)).to(
-            next(self.network.parameters())
-        )  # dtype and device
-        return list(torch.split(tensor, _AT_ONCE))
+        seen_as = next(self.network.parameters())  # its precision and its device
+        return list(torch.split(torch.from_numpy(values.astype(np.float64)).to(seen_as), _AT_ONCE))
 
 
 def motions_of(features: npt.ArrayLike, n_features: int, *, name: str = "features") -> Array:
