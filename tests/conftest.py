@@ -1,6 +1,8 @@
 """Settings shared by all tests: deterministic hypothesis, and where real motion is."""
 
+import importlib.util
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -15,6 +17,27 @@ settings.register_profile(
 )
 settings.register_profile("explore", parent=settings.get_profile("npss"), derandomize=False, max_examples=2000)
 settings.load_profile(os.environ.get("NPSS_HYPOTHESIS", "npss"))
+
+#: What only the reference models and their pages need. Without torch, the core's tests run by themselves.
+BEYOND_THE_CORE = ("torch", "torchmetrics", "lightning", "jsonargparse", "safetensors", "pybvh", "selenium")
+
+
+class Module(pytest.Module):
+    """A file of tests; without torch, one that needs what the core does not is skipped, and says so."""
+
+    def collect(self) -> Iterable[pytest.Item | pytest.Collector]:
+        try:
+            return super().collect()
+        except self.CollectError as error:
+            missing = getattr(error.__cause__, "name", None)
+            if missing in BEYOND_THE_CORE and importlib.util.find_spec("torch") is None:
+                pytest.skip(f"the whole file needs {missing}", allow_module_level=True)
+            raise
+
+
+def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module:
+    """Collect the tests of a file as `Module` says."""
+    return Module.from_parent(parent, path=module_path)
 
 
 def _folder(variable: str, what: str) -> Path:
