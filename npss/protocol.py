@@ -47,6 +47,27 @@ FPS = 25
 SLICES_MS = (80, 160, 320, 400, 560, 1000)
 #: The subject whose clips are the test set.
 TEST_SUBJECT = 5
+#: The lengths of the test subject's two clips of each action, in frames at `FPS`, from which test windows follow. None:
+#: not known here, and not checked.
+TEST_LENGTHS: Mapping[str, tuple[int | None, int | None]] = MappingProxyType(
+    {
+        "directions": (None, 1034),
+        "discussion": (None, None),
+        "eating": (1638, 1166),
+        "greeting": (737, 1600),
+        "phoning": (1639, 1043),
+        "posing": (1123, 943),
+        "purchases": (1240, 1562),
+        "sitting": (1969, 1939),
+        "sittingdown": (None, 1963),
+        "smoking": (1601, 1711),
+        "takingphoto": (1663, 1391),
+        "waiting": (None, None),
+        "walking": (1500, 1261),
+        "walkingdog": (969, 1068),
+        "walkingtogether": (1508, 1492),
+    }
+)
 #: The subjects whose clips are the training set.
 TRAIN_SUBJECTS = (1, 6, 7, 8, 9, 11)
 #: The lengths in frames, at 25 frames per second, of the test subject's two clips of each action. They decide where the
