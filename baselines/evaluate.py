@@ -52,6 +52,7 @@ def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "o
         unwrapped=unwrapped,
         seed=seed,
         sequences=sequences,
+        groups=task.groups,
         representation="euler",
         frames=gt.shape[1],
         protocol=task.protocol,
@@ -115,7 +116,8 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--sequences",
         action="store_true",
-        help="measure each sequence, too (JSON): a leaderboard of such records has intervals and comparisons",
+        help="measure each sequence, too, and state its block (JSON): a leaderboard of such records has intervals and "
+        "comparisons",
     )
     parser.add_argument(
         "--format", choices=("table", "json", "markdown"), help="default: table on a terminal, else json"

@@ -58,7 +58,8 @@ def run(options: argparse.Namespace) -> None:
         raise ValueError("--manifold RUN names the manifold of --metrics G: give both, or neither")
     tasks = list(tasks_of(options))
     submissions = submit(options.models or list(PREDICTORS), tasks, max_size=options.max_size)
-    records = records_of(submissions, protocol=tasks[0].protocol)
+    groups = {task.action: task.groups for task in tasks}
+    records = records_of(submissions, groups=groups, protocol=tasks[0].protocol)
     if options.metrics:
         add_g(records, submissions, options.manifold)
     board = board_of(records, options)

@@ -11,6 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from baselines.data import gait, h36m
+from npss._blocks import Groups
+from npss._submissions import known_blocks
 
 N_SEED, N_TARGET = 50, 100
 
@@ -22,6 +24,7 @@ class Task(NamedTuple):
     protocol: str
     seed: npt.NDArray[np.floating[Any]]  # (N, 50, 99)
     target: npt.NDArray[np.floating[Any]]  # (N, 100, 99)
+    groups: Groups = None  # the block of each window: those of one depend on each other; None: not known
 
 
 def h36m_tasks(
@@ -32,13 +35,14 @@ def h36m_tasks(
     for action in actions:
         seed, target = h36m.load_test_windows(data, action, windows)
         # Reference numbers are computed in float64 throughout.
-        yield Task(action, windows, seed.astype(np.float64), target.astype(np.float64))
+        groups = known_blocks(windows, action, target.shape)
+        yield Task(action, windows, seed.astype(np.float64), target.astype(np.float64), groups)
 
 
 def synthetic_task(n: int = 64) -> Task:
-    """Return `n` windows of a gait generated here; always the same."""
+    """Return `n` windows of a gait generated here; always the same, and independent of each other."""
     poses = gait.gait(n, N_SEED + N_TARGET, rng=np.random.default_rng(0))
-    return Task("gait", f"synthetic-{n}", poses[:, :N_SEED], poses[:, N_SEED:])
+    return Task("gait", f"synthetic-{n}", poses[:, :N_SEED], poses[:, N_SEED:], tuple(range(n)))
 
 
 def add_task_options(parser: argparse.ArgumentParser) -> None:

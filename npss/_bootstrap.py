@@ -1,4 +1,4 @@
-"""Confidence intervals of weighted means over sequences, by the bootstrap."""
+"""Confidence intervals of quotients of two sums over blocks, by the bootstrap."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from npss._checks import Float64, is_integer, is_real
 
 #: How an interval was made, in words that a table can print.
-METHOD = "studentised bootstrap over sequences"
+METHOD = "studentised bootstrap over blocks"
 RESAMPLES = 9999
 _BLOCK = 2**20  # draws at once
 
@@ -15,18 +15,18 @@ _BLOCK = 2**20  # draws at once
 def bootstrap_interval(
     numerator: Float64, denominator: Float64, *, level: float = 0.95, seed: int = 0, resamples: int = RESAMPLES
 ) -> tuple[Float64, Float64]:
-    """Return where the quotient of two sums over sequences lies, as far as the sequences tell.
+    """Return where the quotient of two sums over blocks lies, as far as the blocks tell.
 
-    Sequences are drawn with replacement; each draw's quotient is divided by its own standard error before quantiles are
-    taken. With eight sequences of skewed weights, plain percentiles of the quotients miss far more often than
+    Blocks are drawn with replacement; each draw's quotient is divided by its own standard error before quantiles are
+    taken. With few blocks of skewed weights, plain percentiles of the quotients miss far more often than
     they say; this interval misses less often, for being wider (the documentation has the simulation).
 
     Parameters
     ----------
     numerator : (..., N) ndarray of float64
-        What each of the N sequences adds to the numerator; none is negative.
+        What each of the N blocks adds to the numerator; none is negative.
     denominator : (..., N) ndarray of float64
-        Of the same shape. Sequences with 0 in every row do not count, and are not drawn.
+        Of the same shape. Blocks with 0 in every row do not count, and are not drawn.
     level : float, optional
         Share of such intervals that should hold the true value.
     seed : int, optional
@@ -37,7 +37,7 @@ def bootstrap_interval(
     Returns
     -------
     low, high : (...) ndarray of float64
-        ``high`` is infinite where there are too few sequences to tell: at the usual level, fewer than four.
+        ``high`` is infinite where there are too few blocks to tell: at the usual level, fewer than four.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def bootstrap_interval(
     denominator = denominator / base[..., np.newaxis]
     residual = numerator - denominator * numerator.sum(axis=-1, keepdims=True)
     residual[np.abs(residual) <= 1e-13 * numerator] = 0.0  # rounding
-    # Of the sequences drawn, so many times each, the sums of what a quotient and its standard error are made of.
+    # Of the blocks drawn, so many times each, the sums of what a quotient and its standard error are made of.
     terms = [residual, denominator, residual**2, residual * denominator, denominator**2]
     parts = []
     for top in range(0, resamples, rows := max(1, _BLOCK // n)):
@@ -74,7 +74,7 @@ def bootstrap_interval(
     with np.errstate(all="ignore"):
         shift = r / d  # of the quotient
         squares = rr - 2 * shift * rd + shift**2 * dd
-        squares[squares <= 1e-12 * rr] = 0.0  # a draw of one sequence only has no spread, and knows of no error
+        squares[squares <= 1e-12 * rr] = 0.0  # a draw of one block only has no spread, and knows of no error
         studentised = np.where(shift == 0, 0.0, r / np.sqrt(squares))
     error = value * np.sqrt(np.square(residual).sum(axis=-1))
     most, least = (

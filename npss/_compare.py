@@ -1,14 +1,17 @@
-"""Is one prediction better than another: a paired test over the sequences of one ground truth."""
+"""Is one prediction better than another: a paired test over blocks of the sequences of one ground truth."""
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from npss._blocks import INFERRED, Blocks, Label, counted, read_groups
+from npss._bootstrap import checked_level
 from npss._checks import Float64, motion_array, motion_pair, one_of, positive_number
 from npss._convention import Convention, as_convention
 from npss._euler_error import sequence_errors
@@ -16,7 +19,7 @@ from npss._fields import Value
 from npss._frames import whole_frames
 from npss._report import contributions
 from npss._score import quotient, weighted_sums
-from npss._sign_flip import SAMPLES, SignFlips, sign_flips
+from npss._sign_flip import FEWEST, SAMPLES, SignFlips, settled, sign_flips
 from npss._signature import signature, stated_with
 
 
@@ -28,28 +31,37 @@ class Comparison:
     ----------
     a, b : float
         The two scores; lower is better.
+    a_in_blocks, b_in_blocks : float
+        Those of the sequences that are in blocks: the same, if none is left out.
     signature : str
         What they mean.
     n : int
-        Sequences that count: those with power.
-    p_value : float
-        Two-sided: how often names of models dealt at random in every sequence make a difference at least as large.
+        Blocks that count: those with power.
+    better : int
+        Blocks in which the first is better.
+    p_value : float or None
+        Two-sided: how often names of models dealt at random in every block make a difference at least as large. None
+        of fewer than six blocks, which cannot show a difference.
     exact : bool
         Whether all ways to deal the names were counted, or 9999 drawn ones and the one that was seen.
     """
 
     a: float
     b: float
+    a_in_blocks: float
+    b_in_blocks: float
     signature: str
     n: int
-    p_value: float
+    better: int
+    p_value: float | None
     exact: bool
+    _blocks: str
     _flips: SignFlips
 
     @property
     def difference(self) -> float:
-        """Score of the first minus that of the second: negative where the first is better."""
-        return self.a - self.b
+        """Score of the first minus that of the second, in blocks: negative where the first is better."""
+        return self.a_in_blocks - self.b_in_blocks
 
     def interval(self, *, level: float = 0.95) -> tuple[float, float]:
         """Return the differences that the test does not reject: a confidence interval of the difference.
@@ -64,29 +76,36 @@ class Comparison:
         Returns
         -------
         low, high : float
-            Infinite where there are too few sequences to tell: at the usual level, fewer than six.
+            Infinite where there are too few blocks to tell: at any level, fewer than six.
 
         Raises
         ------
         TypeError, ValueError
             If the level is not between 0 and 1.
         """
-        return self._flips.interval(level)
+        checked_level(level)
+        return (-math.inf, math.inf) if self.p_value is None else self._flips.interval(level)
 
     def __repr__(self) -> str:
         return f"Comparison(a={self.a!r}, b={self.b!r}, p_value={self.p_value!r}, signature={self.signature!r})"
 
     def __str__(self) -> str:
         """Say everything in a few lines."""
-        low, high = self.interval()
-        ways = f"all {2**self.n}" if self.exact else f"{SAMPLES} random"
-        return (
-            f"{self.a:.4f} - {self.b:.4f} = {self.difference:.4f}, {low:.4f} to {high:.4f} (95 %), "
-            f"p = {self.p_value:.3g}\n"
-            f"  two-sided sign-flip test over {self.n} sequences, {ways} exchanges, and the differences that it does "
-            f"not reject\n"
-            f"  {self.signature}"
-        )
+        inside = (self.a_in_blocks, self.b_in_blocks)
+        left_out = "" if inside == (self.a, self.b) else f"{self.a:.4f} and {self.b:.4f}; in blocks "
+        first = f"{left_out}{inside[0]:.4f} - {inside[1]:.4f} = {self.difference:.4f}"
+        better = f"the first is better in {self.better} of {counted(self.n, 'block')}"
+        if self.p_value is None:
+            lines = [f"{first}, {better}", f"  fewer than {FEWEST} blocks give no p-value"]
+        else:
+            low, high = self.interval()
+            ways = f"all {2**self.n}" if self.exact else f"{SAMPLES} random"
+            lines = [
+                f"{first}, {low:.4f} to {high:.4f} (95 %), p = {self.p_value:.3g}, {better}",
+                f"  two-sided sign-flip test over {self.n} blocks, {ways} exchanges, and the differences that it does "
+                f"not reject",
+            ]
+        return "\n".join([*lines, f"  {self._blocks}", f"  {INFERRED}", f"  {self.signature}"])
 
 
 def compare(
@@ -98,14 +117,15 @@ def compare(
     convention: str | Convention = "paper",
     fps: float | None = None,
     at_ms: float | None = None,
+    groups: Iterable[Label | None] | None = None,
     seed: int = 0,
     extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Comparison:
-    """Test whether one prediction is better than another, by exchanging the two in some of the sequences.
+    """Test whether one prediction is better than another, by exchanging the two in some of the blocks.
 
-    If the models were as good as each other, it would not matter which of a sequence's two predictions is called
-    the first's. So all ways to exchange them are tried (up to 16 sequences; for 8, that is 256, in pairs of
+    If the models were as good as each other, it would not matter which of a block's two predictions is called
+    the first's. So all ways to exchange them are tried (up to 16 blocks; for 8, that is 256, in pairs of
     opposite ones), or 9999 drawn ones, and the share that makes a difference at least as large is the p-value.
 
     Parameters
@@ -122,6 +142,10 @@ def compare(
         Frames per second; needed for the Euler error, else only stated in the signature.
     at_ms : float, optional
         The time of the Euler error, in milliseconds.
+    groups : sequence of str, int or None, optional
+        A label for each sequence, as for `report`: those of equal label depend on each other and are exchanged
+        together; those of None count for the two scores alone. By default each sequence is assumed to be independent
+        of the others.
     seed : int, optional
         Of the generator that draws exchanges, where not all are tried.
     extra : mapping of str to str, int, float or bool; optional
@@ -138,16 +162,17 @@ def compare(
     ------
     TypeError, ValueError
         As `score` or `euler_error`, with the names ``pred_a`` and ``pred_b``; where there is only one sequence, `fps`
-        and `at_ms` do not fit the metric, or a weight leaves the range of float64.
+        and `at_ms` do not fit the metric, there are not as many labels as sequences, no sequence with power is in a
+        block, or a weight leaves the range of float64.
 
     Notes
     -----
-    The test holds the ground truth, and with it the weights of sequences, as given. Its null hypothesis is that a
-    sequence's two predictions may as well be exchanged; then a p-value of at most p has probability of at most p,
-    however few the sequences. That is more than equal scores: where the differences are skewed, or go with the weight
-    of the sequence, models of equal score are told apart too often, and the interval misses too often. A p-value cannot
-    be smaller than 2 / 2**N, which is .0078 for the eight windows of the field; comparing many models asks for less
-    (`leaderboard` corrects for it).
+    The test holds the ground truth, and with it the weights of blocks, as given. Its null hypothesis is that a
+    block's two predictions may as well be exchanged; then a p-value of at most p has probability of at most p,
+    however few the blocks, if they are independent. That is more than equal scores: where the differences are skewed,
+    or go with the weight of the block, models of equal score are told apart too often, and the interval misses too
+    often. A p-value cannot be smaller than 2 / 2**B, which is .031 for the six blocks of the field's eight windows of
+    walking; comparing many models asks for less (`leaderboard` corrects for it).
 
     References
     ----------
@@ -196,16 +221,25 @@ def compare(
         except (TypeError, ValueError) as error:
             raise type(error)(re.sub("^pred:", f"{name}:", str(error))) from error
 
+    labels = read_groups("groups", groups, len(truth))
     a, first, weight = measured("pred_a", pred_a)
     b, second, _ = measured("pred_b", pred_b)
-    counts = weight > 0
-    flips = sign_flips((first - second)[counts], weight[counts], seed=seed)
+    blocks = Blocks(labels, weight)
+    base = blocks.sums(weight)
+    counts = base > 0
+    difference = blocks.sums(first - second)[counts]
+    flips = sign_flips(difference, base[counts], seed=seed)
+    inside = [float(blocks.inside(sums) / base.sum()) for sums in (first, second)] if blocks.left_out else [a, b]
     return Comparison(
         a=a,
         b=b,
+        a_in_blocks=inside[0],
+        b_in_blocks=inside[1],
         signature=meaning,
-        n=int(counts.sum()),
-        p_value=flips.p_value(),
+        n=blocks.n,
+        better=int((settled(difference, base[counts]) < 0).sum()),
+        p_value=flips.p_value() if blocks.n >= FEWEST else None,
         exact=flips.exact,
+        _blocks=str(blocks),
         _flips=flips,
     )

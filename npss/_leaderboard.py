@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from npss import published as published_rows
 from npss._arrays import MAX_SIZE
+from npss._blocks import Blocks, Label, read_groups
 from npss._checks import positive_number
 from npss._fields import Value, check_names
+from npss._methods import averaged, read_methods
 from npss._records import Record
 from npss._report import Report
 from npss._results import Result, result_of_report, results_of_record
-from npss._standings import notes, standings
+from npss._standings import check_truths, notes, standings
 from npss._submissions import MEASURED, read_all
 
 if TYPE_CHECKING:
@@ -30,6 +33,8 @@ def leaderboard(
     *,
     published: bool = False,
     by: str | None = None,
+    groups: Mapping[str, Iterable[Label | None]] | Iterable[Label | None] | None = None,
+    methods: Mapping[str, Sequence[str]] | None = None,
     level: float = 0.95,
     seed: int = 0,
     extra: Mapping[str, Value] | None = None,
@@ -50,6 +55,13 @@ def leaderboard(
         Show the published rows of the same meaning beside one's own, marked, and not ranked.
     by : str, optional
         The column by which written tables are sorted and show ranks, such as ``'NPSS released'``; by default the first.
+    groups : mapping of str to labels, or labels; optional
+        The blocks of the sequences of each action, as for `report`, or of the only action, in place of those that
+        records and reports state. Files of samples state none: there, `protocol='srnn-8'` or `'random-256'` tells
+        the blocks of actions of which `npss.protocol.TEST_LENGTHS` has the lengths.
+    methods : mapping of str to sequence of str, optional
+        The models that are runs of one method, with other seeds, by the name of the method: they are averaged in every
+        sequence, and the method stands in their place, with the spread over its seeds beside it. Three or more each.
     level : float, optional
         Of the confidence intervals; a difference is marked at 1 minus it.
     seed : int, optional
@@ -76,14 +88,15 @@ def leaderboard(
         If `source` is none of these, or a keyword is no known field.
     ValueError
         If two numbers to be ranked together differ in meaning: shows both signatures. If models were scored on
-        different ground truth, a model is there twice, a file is broken, no published row has the same meaning, or no
-        column is called `by`.
+        different ground truth, in different blocks, a model is there twice, a file is broken, no published row has
+        the same meaning, no column is called `by`, `groups` do not fit the sequences, or `methods` the models.
 
     Notes
     -----
     In each column, models are ranked by 1 plus the number of models that are better by more than chance: the paired
-    sign-flip test of `compare`, with Holm's correction over all pairs. Hence models share ranks. Numbers without their
-    single sequences (records made without ``--sequences``) are ranked by value.
+    sign-flip test of `compare`, with Holm's correction over all pairs. Hence models share ranks; of fewer than six
+    blocks, all have the first. Numbers without their single sequences (records made without ``--sequences``) are ranked
+    by value.
 
     References
     ----------
@@ -106,9 +119,15 @@ def leaderboard(
     from npss._leaderboard_frame import Leaderboard
 
     own = check_names(leaderboard, context, extra, MEASURED)
+    runs_of = read_methods(methods)
     results = _results(source, positive_number("max_size", max_size), {**context, "extra": own} if own else context)
     if not results:
         raise ValueError("source: nothing to rank in it")
+    if groups is not None:
+        results = _in_blocks(results, groups)
+    if runs_of:
+        check_truths(results)
+        results = averaged(results, runs_of)
     if published:
         results += _published(results)
     columns = list(dict.fromkeys(result.column for result in results))
@@ -134,6 +153,26 @@ def _results(source: Any, max_size: float, context: Mapping[str, Any]) -> list[R
     elif not all(isinstance(one, Mapping) for one in several):
         raise TypeError(f"source: expected paths, or records, got {several!r:.200}")
     return [result for record in several for result in results_of_record(record)]
+
+
+def _in_blocks(results: Sequence[Result], groups: Any) -> list[Result]:
+    """Return results with other blocks of their sequences."""
+    actions = list(dict.fromkeys(result.action for result in results))
+    if not isinstance(groups, Mapping):
+        if len(actions) > 1:
+            raise TypeError(f"groups: expected labels by action, of {', '.join(actions)}")
+        groups = {actions[0]: list(groups)}
+    if unknown := [action for action in groups if action not in actions]:
+        raise ValueError(f"groups: no action is called {unknown[0]!r}; there are {', '.join(actions)}")
+    found = []
+    for result in results:
+        if result.weight is not None and result.action in groups:
+            name = f"groups: {result.action or 'all'}"
+            labels = read_groups(name, groups[result.action], len(result.weight))
+            Blocks(labels, result.weight)  # of which one has power
+            result = replace(result, groups=labels)
+        found.append(result)
+    return found
 
 
 def _reports(source: Mapping[Any, Any]) -> Iterator[tuple[str, str, Report]]:

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 from npss import _render
 from npss._bootstrap import METHOD
+from npss._interval import RANGE
 from npss._standings import TEST, Standing
 from npss._write import write_atomically
 
@@ -17,6 +18,12 @@ try:
     from pandas.io.common import infer_compression
 except ImportError:
     raise ImportError("npss.leaderboard needs pandas: pip install 'npss[pandas]'") from None
+
+
+_TYPES = {
+    **dict.fromkeys(("low", "high", "p_value", "in_blocks", "behind", "seed_low", "seed_high"), float),
+    **dict.fromkeys(("rank", "blocks", "seeds"), "Int64"),
+}
 
 
 class Leaderboard(pd.DataFrame):  # type: ignore[misc]
@@ -55,7 +62,11 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
 
     @property
     def tidy(self) -> pd.DataFrame:
-        """A row for each number: its interval, rank, p-value (of the difference from the best), signature, methods."""
+        """A row for each number: its interval, rank, p-value (of the difference from the best), signature, methods.
+
+        ``in_blocks`` is the score of the sequences in blocks where some are left out, ``behind`` the share of blocks in
+        which the best is better, ``seeds`` how many trained runs a method is the mean of, between which values.
+        """
         return pd.DataFrame(
             [
                 {
@@ -63,12 +74,18 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
                     **{name: getattr(one, name) for name in ("low", "high", "rank", "best", "worse", "p_value")},
                     **{name: getattr(one.result, name) for name in ("source", "signature")},
                     "level": self.level,
-                    "interval": METHOD,
+                    "in_blocks": one.in_blocks,
+                    "behind": None if one.behind is None else one.behind[0] / one.behind[1],
+                    "blocks": None if one.result.blocks is None else one.result.blocks.n,
+                    "seeds": len(one.result.seeds) or None,
+                    "seed_low": min(one.result.seeds, default=None),
+                    "seed_high": max(one.result.seeds, default=None),
+                    "interval": RANGE if one.is_range else METHOD,
                     "test": TEST,
                 }
                 for one in self.standings
             ]
-        ).astype({"low": float, "high": float, "rank": "Int64", "p_value": float})
+        ).astype(_TYPES)
 
     def to_text(self, *, digits: int = 3) -> str:
         """Return the leaderboard for a terminal."""

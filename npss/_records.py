@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from npss._blocks import STATISTICS_VERSION
+from npss._blocks import STATISTICS_VERSION, Label, read_groups
 from npss._checks import Float64, motion_pair, positive_number
 from npss._convention import CONVENTIONS, as_convention
 from npss._euler_error import euler_error, moving_pair, sequence_errors
@@ -35,6 +35,7 @@ def measure(
     seed: npt.ArrayLike | None = None,
     workers: int = 1,
     sequences: bool = False,
+    groups: Iterable[Label | None] | None = None,
     extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Record:
@@ -60,6 +61,8 @@ def measure(
         As for `score`.
     sequences : bool, optional
         Measure each sequence alone, too: what intervals and comparisons are made from.
+    groups : sequence of str, int or None, optional
+        The blocks of the sequences, as for `npss.report`; kept with the single sequences.
     extra : mapping of str to str, int, float or bool; optional
         Fields of one's own that the signature states.
     **context
@@ -73,13 +76,18 @@ def measure(
         ground truth, if there are any; the one ``signature`` of them all, and ``signatures``, that of each number by
         metric or convention. In ``sequences``, lists with a value for each sequence: ``npss`` by convention, ``weight``
         by convention (of which the score is the weighted mean), ``euler_error`` by time (None for a still one), and
-        the ground truth's ``fingerprint``; and ``statistics``, the version of the rules by which they are to be read.
+        the ground truth's ``fingerprint``, and ``groups``, if there are some; and ``statistics``, the version of the
+        rules by which they are to be read.
     """
     record: Record = {}
     alone: Record = {}  # of each sequence
     if sequences:
         alone["statistics"] = STATISTICS_VERSION
-        alone["fingerprint"] = fingerprint(motion_pair(gt, pred)[0]).tolist()
+        truth = motion_pair(gt, pred)[0]
+        alone["fingerprint"] = fingerprint(truth).tolist()
+        labels = read_groups("groups", groups, len(truth) if truth.ndim == 3 else 1)
+        if labels is not None:
+            alone["groups"] = list(labels)
     stated = stated_with(measure, context, extra, unwrap=unwrapped)
     if fps is not None:
         stated["fps"] = positive_number("fps", fps)

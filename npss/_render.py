@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from npss._results import EULER
+from npss._sign_flip import FEWEST
 from npss._standings import MARK, Standing
 from npss._tables import markdown_code, markdown_text, table
 
@@ -213,10 +214,18 @@ def _short(column: str) -> str:
 
 
 def _ends(standing: Standing, digits: int) -> str:
+    """Return what stands beside a value: the ends of its interval or range, and what is known besides."""
     if standing.low is None or standing.high is None:
         return ""
     high = "∞" if math.isinf(standing.high) else f"{standing.high:.{digits}f}"
-    return f"{standing.low:.{digits}f}–{high}"
+    text = f"{'range ' * standing.is_range}{standing.low:.{digits}f}–{high}"
+    if standing.in_blocks is not None:
+        text = f"{standing.in_blocks:.{digits}f}: {text}"
+    if standing.behind is not None and standing.behind[1] < FEWEST:
+        text += f", {standing.behind[0]}/{standing.behind[1]}"
+    if seeds := standing.result.seeds:
+        text += f", seeds {min(seeds):.{digits}f}–{max(seeds):.{digits}f}"
+    return text
 
 
 def _value(standing: Standing, digits: int) -> str:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval
+from npss._blocks import INFERRED, Blocks, Groups, Label, read_groups
 from npss._checks import Array, Float64, each, motion_pair, positive_number
 from npss._convention import Convention, as_convention
 from npss._fields import Value
 from npss._fingerprint import fingerprint
+from npss._interval import Interval, Range, interval, method
 from npss._kernel import blocks, tile
 from npss._score import score
 from npss._signature import signature, stated_with
@@ -37,6 +38,8 @@ class Report:
         Names of the D features.
     fingerprint : (N, 9) ndarray of float64
         Norm and eight projections of every sequence of the ground truth, by which copies of it are recognised.
+    groups : tuple of str, int or None; or None
+        The block of every sequence, None for one that is in none; or None: each sequence is assumed to be its own.
     """
 
     score: float
@@ -45,6 +48,7 @@ class Report:
     weight: Float64
     feature_names: tuple[str, ...]
     fingerprint: Float64
+    groups: Groups = None
 
     def __float__(self) -> float:
         """Return the score."""
@@ -75,30 +79,42 @@ class Report:
             shares[joint] = shares.get(joint, 0.0) + float(part) / total
         return dict(sorted(shares.items(), key=lambda item: -item[1]))
 
-    def interval(self, *, level: float = 0.95, seed: int = 0) -> tuple[float, float]:
-        """Return where the score would lie on other sequences of the same kind: a confidence interval.
+    @property
+    def score_in_blocks(self) -> float:
+        """The score of the sequences that are in blocks: the score, if none is left out."""
+        blocks = self._blocks
+        return float(np.divide(*map(blocks.inside, self._sums()))) if blocks.left_out else self.score
 
-        By the studentised bootstrap over sequences, with 9999 resamples.
+    def interval(self, *, level: float = 0.95, seed: int = 0) -> Interval | Range:
+        """Return where the score would lie on other blocks of the same kind, as far as the blocks tell.
+
+        From ten blocks on, a confidence interval by the studentised bootstrap over blocks, with 9999 resamples. Fewer
+        support none; of them, this is the range: the lowest and the highest score of a block. Sequences that are in
+        no block do not count, so the ends are about `score_in_blocks`.
 
         Parameters
         ----------
         level : float, optional
-            Share of such intervals that should hold the score of infinitely many sequences.
+            Share of such intervals that should hold the score of infinitely many blocks; a range has none.
         seed : int, optional
             Of the generator that resamples.
 
         Returns
         -------
-        low, high : float
-            From 0, and to infinity, where fewer than four sequences do not tell.
+        Interval or Range
+            Named tuples of ``low`` and ``high``, by whose name the two can be told apart. An interval may be open:
+            from 0, or to infinity, where the blocks do not tell.
 
         Raises
         ------
         TypeError, ValueError
             If the level is not between 0 and 1, or the seed is not a whole number from 0 on.
         """
-        low, high = bootstrap_interval(*self._sums(), level=level, seed=seed)
-        return float(low), float(high)
+        return interval(*self._sums(), self._blocks, level=level, seed=seed)
+
+    @property
+    def _blocks(self) -> Blocks:
+        return Blocks(self.groups, self.weight.sum(axis=1))
 
     def _sums(self) -> tuple[Float64, Float64]:
         return (self.weight * self.emd).sum(axis=1), self.weight.sum(axis=1)
@@ -108,10 +124,13 @@ class Report:
 
     def __str__(self) -> str:
         """Say everything in a few lines."""
-        low, high = self.interval()
+        found, blocks = self.interval(), self._blocks
+        inside = f"; in blocks {self.score_in_blocks:.4f}" if blocks.left_out else ""
         lines = [
-            f"NPSS {self.score:.4f}, {low:.4f} to {high:.4f} (95 %, {METHOD}, {RESAMPLES} resamples, seed 0)",
+            f"NPSS {self.score:.4f}{inside}, {found.low:.4f} to {found.high:.4f} ({method(blocks)})",
             f"  {self.signature}",
+            f"  {blocks}",
+            f"  {INFERRED}",
         ]
         shares = [[joint, f"{share:.1%}"] for joint, share in self.joint_share.items() if share > 0]
         lines += ["", table(["joint", "of the score"], shares[:8], "lr")] if shares else []
@@ -132,6 +151,7 @@ def report(
     convention: str | Convention = "paper",
     fps: float | None = None,
     feature_names: Sequence[str] | None = None,
+    groups: Iterable[Label | None] | None = None,
     extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Report:
@@ -148,6 +168,11 @@ def report(
     feature_names : sequence of str, optional
         Names of the D features, such as ``npss.skeleton.FEATURE_NAMES``; by default ``'0'``, ``'1'``, ... Names that
         are equal up to their last dot are of one joint.
+    groups : sequence of str, int or None, optional
+        A label for each sequence: which of them depend on each other, such as windows that overlap, or all those of a
+        person. Sequences of equal label are a block, and blocks are what the interval is made of; None is for a
+        sequence that is in no block, and counts for the score alone. By default each sequence is assumed to be
+        independent of the others. `npss.protocol.window_blocks` has the labels of Human3.6M's test windows.
     extra : mapping of str to str, int, float or bool; optional
         Fields of one's own that the signature states.
     **context
@@ -161,8 +186,8 @@ def report(
     Raises
     ------
     TypeError, ValueError
-        As `score` and `signature`; where there are not as many names as features; and where a weight leaves the range
-        of float64, which a score does not.
+        As `score` and `signature`; where there are not as many names as features, or labels as sequences; if no
+        sequence with power is in a block; and where a weight leaves the range of float64, which a score does not.
 
     See Also
     --------
@@ -184,8 +209,10 @@ def report(
     True
     >>> {joint: round(share, 2) for joint, share in report.joint_share.items()}
     {'knee': 0.51, 'hip': 0.49}
-    >>> report.interval()[0] < report.score < report.interval()[1]
+    >>> report.interval()._asdict() == {"low": report.per_sequence.min(), "high": report.per_sequence.max()}
     True
+    >>> type(report.interval()).__name__  # of eight blocks: each sequence is its own
+    'Range'
     """
     truth, prediction = motion_pair(gt, pred)
     chosen = as_convention(convention)
@@ -202,8 +229,10 @@ def report(
     if fps is not None:
         stated["fps"] = positive_number("fps", fps)
     meaning = signature(chosen, **stated)
+    labels = read_groups("groups", groups, len(truth) if truth.ndim == 3 else 1)
     value = score(truth, prediction, convention=chosen)
     emd, weight = contributions(truth, prediction, chosen)
+    Blocks(labels, weight.sum(axis=1))  # of which one has power
     emd.flags.writeable = weight.flags.writeable = False
     return Report(
         score=value,
@@ -212,6 +241,7 @@ def report(
         weight=weight,
         feature_names=tuple(names),
         fingerprint=fingerprint(truth),
+        groups=labels,
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from npss._blocks import statistics_version
+from npss._blocks import Blocks, Groups, read_groups, statistics_version
 from npss._checks import Float64, is_real
 from npss._convention import as_convention
 from npss._fingerprint import PROJECTIONS
@@ -34,7 +34,14 @@ class Result:
     numerator: Float64 | None = None  # (N,); what each sequence adds to the weighted mean that the value is
     weight: Float64 | None = None  # (N,)
     fingerprint: Float64 | None = None  # (N, 9), of the ground truth; (N,) of statistics version 1
+    groups: Groups = None  # the blocks of the sequences; None: each is assumed to be its own
     source: str = ""  # where a published number is from; empty for one's own
+    seeds: tuple[float, ...] = ()  # of a method: the number of each trained run, of which the value is the mean
+
+    @property
+    def blocks(self) -> Blocks | None:
+        """The blocks of the sequences, where they are known."""
+        return None if self.weight is None else Blocks(self.groups, self.weight)
 
     @property
     def label(self) -> str:
@@ -68,6 +75,7 @@ def _results(record: Record) -> Iterator[Result]:
     named: dict[str, Any] = {"model": model, "action": action, "source": source}
     parse_signature(record["signature"])
     alone = _object("sequences", record.get("sequences", {}))
+    statistics_version(alone)
     scores, weights = (_object(f"sequences: {name}", alone.get(name, {})) for name in ("npss", "weight"))
     errors = _object("sequences: euler_error", alone.get("euler_error", {}))
     fingerprint = _fingerprint(alone["fingerprint"], statistics_version(alone)) if "fingerprint" in alone else None
@@ -77,6 +85,9 @@ def _results(record: Record) -> Iterator[Result]:
     ) -> Result:
         number = _number(field, value)
         parts: dict[str, Any] = {} if score is None else _parts(field, number, score, weight, fingerprint)
+        if parts:
+            parts["groups"] = read_groups("sequences: groups", alone.get("groups"), len(parts["weight"]))
+            Blocks(parts["groups"], parts["weight"])  # of which one has power
         return Result(**named, **parts, column=column, value=number, signature=which)
 
     for name, value in _object("npss", record.get("npss", {})).items():
@@ -121,6 +132,7 @@ def result_of_report(model: str, action: str, report: Report) -> Result:
         numerator=(report.weight * report.emd).sum(axis=1),
         weight=report.weight.sum(axis=1),
         fingerprint=report.fingerprint,
+        groups=report.groups,
     )
 
 

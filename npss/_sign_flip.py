@@ -1,4 +1,4 @@
-"""The paired test over sequences: what if the names of two models were exchanged in some of them."""
+"""The paired test over blocks: what if the names of two models were exchanged in some of them."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ import numpy as np
 from npss._bootstrap import checked_level, checked_seed
 from npss._checks import Float64
 
-EXACT_UP_TO = 16  # sequences; beyond, exchanges are drawn
+EXACT_UP_TO = 16  # blocks; beyond, exchanges are drawn
+#: Blocks from which on there is a p-value: of fewer, the smallest possible one is above .05.
+FEWEST = 6
 SAMPLES = 9999
 _BLOCK = 2**18  # choices held at once
 
 
 class SignFlips(NamedTuple):
-    """What the quotient of sums would be, over the exchanged and the other sequences, for every exchange.
+    """What the quotient of sums would be, over the exchanged and the other blocks, for every exchange.
 
-    Under exchange of a set S of sequences, the sum of the differences d is at least as extreme as it is if and only if
+    Under exchange of a set S of blocks, the sum of the differences d is at least as extreme as it is if and only if
     0 lies between the quotients sum d / sum w over S and over its complement. Hence all that the test needs, and the
     interval of the values that it would not reject, is a pair of numbers for each exchange.
     """
@@ -39,13 +41,12 @@ class SignFlips(NamedTuple):
 
 
 def sign_flips(difference: Float64, weight: Float64, *, seed: int = 0) -> SignFlips:
-    """Exchange the models in every set of sequences, or, if they are many, in sets drawn at random.
+    """Exchange the models in every set of blocks, or, if they are many, in sets drawn at random.
 
     Parameters
     ----------
     difference : (N,) ndarray of float64
-        What each sequence adds to the difference of the two numerators. Less than 1e-10 of its weight is rounding,
-        which must not decide, and counts as none.
+        What each block adds to the difference of the two numerators; rounding counts as none, see `settled`.
     weight : (N,) ndarray of float64
         What each adds to the denominator, which they share; positive.
     seed : int, optional
@@ -64,13 +65,13 @@ def sign_flips(difference: Float64, weight: Float64, *, seed: int = 0) -> SignFl
     n = len(difference)
     exact = n <= EXACT_UP_TO
     rng = np.random.default_rng(checked_seed(seed))
-    difference = np.where(np.abs(difference) <= 1e-10 * weight, 0.0, difference)
+    difference = settled(difference, weight)
     n_sets = 2 ** (n - 1) if exact else SAMPLES + 1
     terms = np.stack([difference, np.abs(difference), weight], axis=1)
     inside, outside = np.empty((2, n_sets))
     for top in range(0, n_sets, rows := max(1, _BLOCK // n)):
         some = np.arange(top, min(top + rows, n_sets))
-        if exact:  # the last sequence stays: a set and its complement are the same exchange
+        if exact:  # the last block stays: a set and its complement are the same exchange
             chosen = some[:, np.newaxis] >> np.arange(n) & 1
         else:
             chosen = rng.integers(2, size=(len(some), n), dtype=np.uint8)
@@ -81,6 +82,11 @@ def sign_flips(difference: Float64, weight: Float64, *, seed: int = 0) -> SignFl
     whole = np.isnan(inside) | np.isnan(outside)
     low, high = np.minimum(inside, outside), np.maximum(inside, outside)
     return SignFlips(np.where(whole, -np.inf, low), np.where(whole, np.inf, high), exact)
+
+
+def settled(difference: Float64, weight: Float64) -> Float64:
+    """Return differences without what is rounding, less than 1e-10 of the weight, which must not decide."""
+    return np.where(np.abs(difference) <= 1e-10 * weight, 0.0, difference)
 
 
 def _quotients(sums: Float64) -> Float64:

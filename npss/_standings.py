@@ -9,16 +9,20 @@ from itertools import combinations
 
 import numpy as np
 
-from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval, checked_level
+from npss._blocks import INFERRED, Blocks, counted
+from npss._bootstrap import METHOD, RESAMPLES, checked_level
+from npss._checks import Float64
 from npss._fingerprint import differing
+from npss._interval import FEWEST as FEWEST_OF_INTERVAL
+from npss._interval import ends
 from npss._results import EULER, Result
-from npss._sign_flip import EXACT_UP_TO, SAMPLES, sign_flips
+from npss._sign_flip import EXACT_UP_TO, FEWEST, SAMPLES, settled, sign_flips
 from npss._ties import tied
 
 #: What marks a number that is worse than the best by more than chance.
 MARK = "†"
 #: How it is told, in words that a table can print.
-TEST = "paired sign-flip test over sequences, Holm's correction over all pairs of a column"
+TEST = "paired sign-flip test over blocks, Holm's correction over all pairs of a column"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,8 +30,11 @@ class Standing:
     """A result among the others of its action and column."""
 
     result: Result
-    low: float | None = None  # confidence interval
+    low: float | None = None  # of a confidence interval; of few blocks, of their range
     high: float | None = None
+    is_range: bool = False
+    in_blocks: float | None = None  # the score of the sequences that are in blocks, where some are left out
+    behind: tuple[int, int] | None = None  # in how many of how many blocks the best is better
     rank: int | None = None  # 1 + how many models are better; None for published numbers
     best: bool = False
     worse: bool = False  # than the best, by more than chance
@@ -46,7 +53,7 @@ def standings(results: Sequence[Result], *, level: float = 0.95, seed: int = 0) 
     published = {result.label for result in results if result.source}
     if alike := [result.model for result in results if not result.source and result.model in published]:
         raise ValueError(f"{alike[0]!r} is what a published model is called; call your own something else")
-    _check_truths(results)
+    check_truths(results)
     columns: dict[tuple[str, str], list[Result]] = {}
     for result in results:
         columns.setdefault((result.action, result.column), []).append(result)
@@ -66,61 +73,102 @@ def _column(results: list[Result], level: float, seed: int) -> list[Standing]:
     names = [result.label for result in results]
     if twice := [name for name in names if names.count(name) > 1]:
         raise ValueError(f"{where}: {twice[0]!r} is there twice")
-    ends = _intervals(ranked, level, seed)
+    _check_blocks(ranked, where)
+    spans = _intervals(ranked, level, seed)
     p_values = _p_values(ranked, seed)
     leader = min(ranked, key=lambda result: result.value, default=None)
 
-    def differ(one: Result, other: Result) -> bool:
-        """Say whether two values differ by more than chance; by more than rounding, where chance is not known."""
-        p_value = p_values.get(frozenset((one.model, other.model)))
-        if p_value is None:
-            return not tied(one.value, other.value)
-        return p_value <= 1 - level
+    def better(one: Result, other: Result) -> bool:
+        """Say whether a value is better by more than chance; by more than rounding, where chance is not known."""
+        pair = frozenset((one.model, other.model))
+        if pair not in p_values:
+            return one.value < other.value and not tied(one.value, other.value)
+        p_value = p_values[pair]
+        return p_value is not None and p_value <= 1 - level and _score_in_blocks(one) < _score_in_blocks(other)
 
     found = []
     for result in results:
         if result.source or leader is None:
             found.append(Standing(result=result))
             continue
-        better = [other for other in ranked if other.value < result.value and differ(other, result)]
+        ahead = [other for other in ranked if better(other, result)]
         p_value = p_values.get(frozenset((result.model, leader.model)))
-        low, high = ends.get(result.model, (None, None))
+        blocks = result.blocks
+        low, high = spans.get(result.model, (None, None))
         found.append(
             Standing(
                 result=result,
                 low=low,
                 high=high,
-                rank=1 + len(better),
+                is_range=blocks is not None and blocks.n < FEWEST_OF_INTERVAL,
+                in_blocks=_score_in_blocks(result) if blocks is not None and blocks.left_out else None,
+                behind=None if result is leader else _behind(result, leader),
+                rank=1 + len(ahead),
                 best=len(ranked) > 1 and tied(result.value, leader.value),
-                worse=p_value is not None and leader in better,
+                worse=p_value is not None and leader in ahead,
                 p_value=p_value,
             )
         )
     return found
 
 
+def _check_blocks(results: Sequence[Result], where: str) -> None:
+    """Raise the ValueError that names two models of which the sequences are in other blocks."""
+    known = [result for result in results if result.weight is not None]
+    for other in known[1:]:
+        if other.groups != known[0].groups:
+            raise ValueError(
+                f"{where}: {known[0].model!r} and {other.model!r} were scored in different blocks ({known[0].blocks}; "
+                f"{other.blocks}), so they cannot be compared: measure them again, or give groups"
+            )
+
+
 def _intervals(results: Sequence[Result], level: float, seed: int) -> dict[str, tuple[float, float]]:
-    """Return the interval of each model of which the sequences are known; the same sequences are drawn for all."""
+    """Return the interval of each model of which the sequences are known; the same blocks are drawn for all."""
     known = [result for result in results if result.numerator is not None]
     if not known:
         return {}
     numerators = np.stack([np.asarray(result.numerator) for result in known])
     weights = np.stack([np.asarray(result.weight) for result in known])
-    low, high = bootstrap_interval(numerators, weights, level=level, seed=seed)
+    low, high = ends(numerators, weights, Blocks(known[0].groups, weights), level=level, seed=seed)
     return {result.model: (float(low[i]), float(high[i])) for i, result in enumerate(known)}
 
 
-def _p_values(results: Sequence[Result], seed: int) -> dict[frozenset[str], float]:
-    """Return the p-value of every two results of which the sequences are known, by Holm's correction."""
-    found = {}
+def _score_in_blocks(result: Result) -> float:
+    """Return the value of the sequences that are in blocks."""
+    blocks = result.blocks
+    if blocks is None or not blocks.left_out:
+        return result.value
+    return float(blocks.inside(np.asarray(result.numerator)) / blocks.inside(np.asarray(result.weight)))
+
+
+def _difference(one: Result, other: Result) -> tuple[Float64, Float64] | None:
+    """Return what each block adds to the difference, and to the weight; None where the sequences are not known."""
+    if one.numerator is None or other.numerator is None or one.weight is None:
+        return None
+    blocks = Blocks(one.groups, one.weight)
+    weight = blocks.sums(one.weight)
+    counts = weight > 0
+    return blocks.sums(one.numerator - other.numerator)[counts], weight[counts]
+
+
+def _behind(result: Result, leader: Result) -> tuple[int, int] | None:
+    parts = _difference(result, leader)
+    return None if parts is None else (int((settled(*parts) > 0).sum()), len(parts[0]))
+
+
+def _p_values(results: Sequence[Result], seed: int) -> dict[frozenset[str], float | None]:
+    """Return the p-value of every two results of which the sequences are known, by Holm's correction.
+
+    None, of fewer blocks than can show a difference.
+    """
+    found: dict[frozenset[str], float | None] = {}
     for one, other in combinations(results, 2):
-        if one.numerator is None or other.numerator is None or one.weight is None:
-            continue
-        counts = one.weight > 0
-        difference = (one.numerator - other.numerator)[counts]
-        p_value = sign_flips(difference, one.weight[counts], seed=seed).p_value() if counts.sum() > 1 else 1.0
-        found[frozenset((one.model, other.model))] = p_value
-    return dict(zip(found, holm(list(found.values())), strict=True))
+        if parts := _difference(one, other):
+            enough = len(parts[0]) >= FEWEST
+            found[frozenset((one.model, other.model))] = sign_flips(*parts, seed=seed).p_value() if enough else None
+    tested = {pair: p_value for pair, p_value in found.items() if p_value is not None}
+    return found | dict(zip(tested, holm(list(tested.values())), strict=True))
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
@@ -139,7 +187,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return corrected
 
 
-def _check_truths(results: Iterable[Result]) -> None:
+def check_truths(results: Iterable[Result]) -> None:
     """Raise the ValueError that names two models which were scored on different ground truth."""
     seen: dict[str, Result] = {}
     for result in results:
@@ -174,16 +222,12 @@ def notes(found: Sequence[Standing], *, level: float = 0.95, seed: int = 0) -> l
     if any(standing.result.column.startswith(EULER) for standing in found):
         lines.append("Under ms: Euler error, in radians.")
     if tested:
-        lines.append(f"Intervals: {100 * level:g} %, {METHOD}, {RESAMPLES} resamples, seed {seed}.")
-        lines.append(
-            f"{MARK} worse than the best{aside} by more than chance ({1 - level:.2g}; {TEST}; exact up to "
-            f"{EXACT_UP_TO} sequences, else {SAMPLES} draws). Rank: 1 + the models that are better by more than chance."
-        )
-        for action in dict.fromkeys(standing.result.action for standing in tested):
-            lines += _too_few([s for s in tested if s.result.action == action], level)
+        lines += _of_chance(tested, aside, level, seed)
     lines += _still(tested)
     if any(standing.result.weight is None for standing in own):
         lines.append("Without intervals: numbers of which the single sequences are not known; ranked by value.")
+    for method, n in dict.fromkeys((one.result.model, len(one.result.seeds)) for one in own if one.result.seeds):
+        lines.append(f"{method}: the mean of {n} seeds; after 'seeds', the lowest and the highest of them.")
     if sources:
         lines.append(f"Published numbers, not ranked: {'; '.join(sources)}.")
     return lines
@@ -201,16 +245,49 @@ def _still(tested: Sequence[Standing]) -> list[str]:
     ]
 
 
+def _of_chance(tested: Sequence[Standing], aside: str, level: float, seed: int) -> list[str]:
+    """Say what the numbers beside values are, of each action, and what is inferred."""
+    by_action: dict[str, list[Standing]] = {}
+    for standing in tested:
+        by_action.setdefault(standing.result.action, []).append(standing)
+    lines = []
+    if any(not standing.is_range for standing in tested):
+        lines.append(f"Intervals: {100 * level:g} %, {METHOD}, {RESAMPLES} resamples, seed {seed}.")
+    if any(standing.is_range for standing in tested):
+        lines.append(
+            f"Range: the lowest and the highest score of a block, of fewer than {FEWEST_OF_INTERVAL}, which support no "
+            "interval."
+        )
+    if any(standing.in_blocks is not None for standing in tested):
+        lines.append("Before a colon: the score of the sequences that are in blocks, which interval or range is about.")
+    lines.append(
+        f"{MARK} worse than the best{aside} by more than chance ({1 - level:.2g}; {TEST}; exact up to "
+        f"{EXACT_UP_TO} blocks, else {SAMPLES} draws). Rank: 1 + the models that are better by more than chance."
+    )
+    if any(standing.behind and standing.behind[1] < FEWEST for standing in tested):
+        lines.append(
+            f"4/5, for one: the best{aside} is better in 4 of 5 blocks. Fewer than {FEWEST} blocks give no p-value and "
+            "no mark."
+        )
+    described: dict[str, list[str]] = {}
+    for action, found in by_action.items():
+        described.setdefault(str(found[0].result.blocks), []).append(action or "all")
+    lines += [f"{', '.join(actions)}: {blocks}." for blocks, actions in described.items()]
+    for found in by_action.values():
+        lines += _too_few(found, level)
+    return [*lines, INFERRED]
+
+
 def _too_few(tested: Sequence[Standing], level: float) -> list[str]:
-    """Say so if there are too few sequences to show any difference between so many models."""
+    """Say so if there are too few blocks to show any difference between so many models."""
     first = tested[0].result
     models = sum(standing.result.column == first.column for standing in tested)
     pairs = math.comb(models, 2)
-    n = int((np.asarray(first.weight) > 0).sum())
+    n = Blocks(first.groups, np.asarray(first.weight)).n
     smallest = 2.0 ** (1 - n) if n <= EXACT_UP_TO else 1 / (SAMPLES + 1)
-    if pairs * smallest <= 1 - level:
+    if n < FEWEST or pairs * smallest <= 1 - level:
         return []
     return [
-        f"{first.action or 'all'}: {n} sequence{'s' * (n > 1)} cannot show any difference between {models} models: the "
+        f"{first.action or 'all'}: {counted(n, 'block')} cannot show any difference between {models} models: the "
         f"smallest possible p-value is {smallest:.2g}, and the {pairs} pairs ask for {(1 - level) / pairs:.2g}."
     ]

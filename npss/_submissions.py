@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from npss._arrays import MAX_SIZE
+from npss._blocks import Groups
 from npss._checks import Float64
 from npss._files import Pair, read_poses
 from npss._json import read_json
@@ -17,7 +18,7 @@ from npss._names import names_of_paths
 from npss._poses import poses_to_euler
 from npss._progress import Progress
 from npss._records import Record, measure
-from npss.protocol import FPS, SLICES_MS
+from npss.protocol import BLOCKED, FPS, SLICES_MS, TEST_LENGTHS, window_blocks
 
 _SUFFIXES = (".h5", ".hdf5", ".npz")
 _SAME_POSE = 1e-3  # radians, or millimetres: files hold ground truth in various precision
@@ -125,8 +126,17 @@ def check_truths(submissions: Submissions) -> None:
             )
 
 
-def records_of(submissions: Submissions, **context: Any) -> list[Record]:
-    """Measure every prediction, with its single sequences: a record for each model and action."""
+def records_of(submissions: Submissions, *, groups: Mapping[str, Groups] | None = None, **context: Any) -> list[Record]:
+    """Measure every prediction, with its single sequences: a record for each model and action.
+
+    Their blocks are given, by action; or they follow from ``protocol`` and the lengths of the clips, where both are
+    known.
+
+    Raises
+    ------
+    ValueError
+        If files hold another number of sequences than the protocol has windows.
+    """
     found = []
     pairs = [(model, action, pair) for model, actions in submissions.items() for action, pair in actions.items()]
     with Progress("scoring") as progress:
@@ -138,6 +148,7 @@ def records_of(submissions: Submissions, **context: Any) -> list[Record]:
                     fps=FPS,
                     at_ms=[time for time in SLICES_MS if time * FPS <= n_frames * 1000],
                     sequences=True,
+                    groups=groups[action] if groups else known_blocks(context.get("protocol"), action, pair.gt.shape),
                     representation="euler",
                     frames=n_frames,
                     **context,
@@ -145,6 +156,25 @@ def records_of(submissions: Submissions, **context: Any) -> list[Record]:
             found.append({"model": model, "action": action, **measured})
             progress(done / len(pairs))
     return found
+
+
+def known_blocks(protocol: object, action: str, shape: tuple[int, ...]) -> Groups:
+    """Return the blocks of the windows of a protocol, or None where it or the lengths of the clips are not known.
+
+    Raises
+    ------
+    ValueError
+        If the shape ``(N, T, ...)`` of the motion is not that of these windows.
+    """
+    lengths = TEST_LENGTHS.get(action, (None, None))
+    if protocol not in BLOCKED or None in lengths:
+        return None
+    labels = window_blocks(str(protocol), [length for length in lengths if length is not None], n_target=shape[1])
+    if len(labels) != shape[0]:
+        raise ValueError(
+            f"{action}: the protocol {protocol} has {len(labels)} windows, but here are {shape[0]} sequences"
+        )
+    return labels
 
 
 def read_records(path: Path) -> list[Record]:

@@ -10,7 +10,17 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array, Float64, check_finite, each, is_integer, positive_integer, positive_number, real_array
+from npss._checks import (
+    Array,
+    Float64,
+    check_finite,
+    each,
+    is_integer,
+    one_of,
+    positive_integer,
+    positive_number,
+    real_array,
+)
 from npss._frames import whole_frames
 from npss.rotations._forms import result_dtype
 
@@ -24,11 +34,14 @@ __all__ = [
     "TRAIN_SUBJECTS",
     "Normalization",
     "Window",
+    "chain_blocks",
     "frames_to_ms",
     "ms_to_frames",
     "normalization",
     "random_windows",
     "srnn_windows",
+    "stretch_blocks",
+    "window_blocks",
 ]
 
 #: The actions of Human3.6M, as its files name them.
@@ -47,27 +60,6 @@ FPS = 25
 SLICES_MS = (80, 160, 320, 400, 560, 1000)
 #: The subject whose clips are the test set.
 TEST_SUBJECT = 5
-#: The lengths of the test subject's two clips of each action, in frames at `FPS`, from which test windows follow. None:
-#: not known here, and not checked.
-TEST_LENGTHS: Mapping[str, tuple[int | None, int | None]] = MappingProxyType(
-    {
-        "directions": (None, 1034),
-        "discussion": (None, None),
-        "eating": (1638, 1166),
-        "greeting": (737, 1600),
-        "phoning": (1639, 1043),
-        "posing": (1123, 943),
-        "purchases": (1240, 1562),
-        "sitting": (1969, 1939),
-        "sittingdown": (None, 1963),
-        "smoking": (1601, 1711),
-        "takingphoto": (1663, 1391),
-        "waiting": (None, None),
-        "walking": (1500, 1261),
-        "walkingdog": (969, 1068),
-        "walkingtogether": (1508, 1492),
-    }
-)
 #: The subjects whose clips are the training set.
 TRAIN_SUBJECTS = (1, 6, 7, 8, 9, 11)
 #: The lengths in frames, at 25 frames per second, of the test subject's two clips of each action. They decide where the
@@ -92,6 +84,9 @@ TEST_LENGTHS: Mapping[str, tuple[int | None, int | None]] = MappingProxyType(
         "walkingtogether": (1508, 1492),
     }
 )
+
+#: The protocols of which `window_blocks` knows the windows.
+BLOCKED = ("srnn-8", "srnn-8-late", "random-256")
 
 _SEED = 1234567890  # of the generator that draws the windows
 _FIRST = 16  # the first frame that may be drawn
@@ -254,6 +249,151 @@ def _windows(lengths: Sequence[int], count: int, n_seed: int, n_target: int) -> 
     generator = np.random.RandomState(_SEED)  # the legacy generator: its stream is fixed for ever
     draws = [(i % 2, int(generator.randint(_FIRST, clips[i % 2] - room))) for i in range(count)]
     return tuple(Window(clip, draw + _SEED_ROOM - n_seed, n_seed, n_target) for clip, draw in draws)
+
+
+def chain_blocks(windows: Iterable[Window]) -> tuple[str, ...]:
+    """Return the block of each window, where a block is a chain of windows of one clip whose targets overlap.
+
+    Windows whose targets share frames have errors in common, so they are no independent evidence. It is for few
+    windows, such as those of `srnn_windows`; of many, nearly all are one chain, and `stretch_blocks` leaves more.
+
+    Parameters
+    ----------
+    windows : iterable of Window
+        Where the sequences lie.
+
+    Returns
+    -------
+    tuple of str
+        A label for each window, equal within a block: ``groups`` of `npss.report` and `npss.compare`.
+
+    Raises
+    ------
+    TypeError
+        If one is no `Window`.
+
+    See Also
+    --------
+    window_blocks : by the name of the protocol.
+
+    Examples
+    --------
+    >>> chain_blocks(srnn_windows((1500, 1261)))[::2]  # those of the first clip; two of them overlap
+    ('clip 0, frames 1137-1294', 'clip 0, frames 1137-1294', 'clip 0, frames 710-809', 'clip 0, frames 251-350')
+    """
+    places = _places(windows)
+    chains: list[tuple[int, int, int]] = []  # clip, first frame, and the frame after the last
+    for window in sorted(places, key=lambda window: (window.clip, window.target.start)):
+        start, stop = window.target.start, window.target.stop
+        if chains and chains[-1][0] == window.clip and start < chains[-1][2]:
+            start, stop = chains[-1][1], max(stop, chains.pop()[2])
+        chains.append((window.clip, start, stop))
+
+    def of(window: Window) -> tuple[int, int, int]:
+        return next(c for c in chains if c[0] == window.clip and c[1] <= window.target.start < c[2])
+
+    return tuple(_label(*of(window)) for window in places)
+
+
+def stretch_blocks(windows: Iterable[Window], lengths: Sequence[int]) -> tuple[str | None, ...]:
+    """Return the block of each window, where a block is a stretch of a clip that is twice as long as a target.
+
+    Stretches follow each other from frame 0 of a clip on; what is left at its end, shorter than a stretch, is no
+    block. A window belongs to the stretch that holds its whole target. One across a border belongs to none: it would
+    tie two blocks together.
+
+    Parameters
+    ----------
+    windows : iterable of Window
+        Where the sequences lie, such as `random_windows`; of equal targets.
+    lengths : sequence of int
+        The lengths of the clips in frames, at the rate of the windows.
+
+    Returns
+    -------
+    tuple of str or None
+        A label for each window, equal within a block, and None for those in none: ``groups`` of `npss.report` and
+        `npss.compare`.
+
+    Raises
+    ------
+    TypeError
+        If one is no `Window`, or a length is not an integer.
+    ValueError
+        If a window is not in a clip of these lengths, or targets differ in length.
+
+    See Also
+    --------
+    window_blocks : by the name of the protocol.
+
+    Examples
+    --------
+    >>> blocks = stretch_blocks(random_windows((1500, 1261), n_target=100), (1500, 1261))
+    >>> blocks[:4], len(set(blocks) - {None}), blocks.count(None)
+    ((None, 'clip 1, frames 1000-1199', None, None), 13, 121)
+    """
+    places = _places(windows)
+    clips = [positive_integer("lengths", length) for length in each("lengths", lengths)]
+    if len(targets := {window.n_target for window in places}) > 1:
+        raise ValueError(f"windows: expected targets of one length, got {', '.join(map(str, sorted(targets)))} frames")
+    found: list[str | None] = []
+    for i, window in enumerate(places):
+        if not (0 <= window.clip < len(clips) and window.target.stop <= clips[window.clip]):
+            raise ValueError(f"windows: {window} at {i} is not in clips of {clips} frames")
+        stretch = 2 * window.n_target
+        start = window.target.start // stretch * stretch
+        whole = window.target.stop <= start + stretch <= clips[window.clip]
+        found.append(_label(window.clip, start, start + stretch) if whole else None)
+    return tuple(found)
+
+
+def window_blocks(protocol: str, lengths: Sequence[int], *, n_target: int = 100) -> tuple[str | None, ...]:
+    """Return the blocks of an action's test windows: which of them are no independent evidence.
+
+    Parameters
+    ----------
+    protocol : {'srnn-8', 'srnn-8-late', 'random-256'}
+        Which windows, as signatures name them: those of `srnn_windows`, or the same one frame later, in blocks by
+        `chain_blocks`; or those of `random_windows`, in blocks by `stretch_blocks`.
+    lengths : sequence of int
+        The lengths in frames, at 25 frames per second, of the test subject's two clips, such as
+        ``TEST_LENGTHS[action]``.
+    n_target : int, optional
+        Frames to predict.
+
+    Returns
+    -------
+    tuple of str or None
+        A label for each window, equal within a block, and None for those in none: ``groups`` of `npss.report` and
+        `npss.compare`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the protocol is none of these; and as `srnn_windows`, with lengths that are not known.
+
+    Examples
+    --------
+    >>> blocks = {action: window_blocks("srnn-8", TEST_LENGTHS[action]) for action in ("walking", "eating", "smoking")}
+    >>> {action: len(set(labels)) for action, labels in blocks.items()}
+    {'walking': 6, 'eating': 5, 'smoking': 6}
+    """
+    one_of("protocol", protocol, BLOCKED)
+    if protocol == "random-256":
+        return stretch_blocks(random_windows(lengths, n_target=n_target), lengths)
+    return chain_blocks(srnn_windows(lengths, n_target=n_target, late=protocol == "srnn-8-late"))
+
+
+def _places(windows: Iterable[Window]) -> list[Window]:
+    places = each("windows", windows, "windows")
+    for i, window in enumerate(places):
+        if not isinstance(window, Window):
+            raise TypeError(f"windows: expected a Window, got {window!r} at {i}")
+    return places
+
+
+def _label(clip: int, start: int, stop: int) -> str:
+    return f"clip {clip}, frames {start}-{stop - 1}"
 
 
 def ms_to_frames(at_ms: Iterable[float], *, fps: float = FPS) -> list[int]:

@@ -15,6 +15,7 @@ from test_contract import REFUSED_TYPES, REFUSED_VALUES
 
 import npss
 from npss import _sign_flip
+from npss._blocks import INFERRED
 from npss._euler_error import sequence_errors
 from npss._sign_flip import EXACT_UP_TO, SAMPLES, sign_flips
 
@@ -327,7 +328,7 @@ def test_exchanging_the_models_changes_the_sign_alone(options, n):
 def test_a_model_is_as_good_as_itself(n):
     gt, pred, _ = motions(n=n)
     comparison = npss.compare(gt, pred, pred)
-    assert (comparison.difference, comparison.p_value) == (0.0, 1.0)
+    assert (comparison.difference, comparison.p_value, comparison.better) == (0.0, 1.0 if n >= 6 else None, 0)
     assert comparison.interval() == ((0.0, 0.0) if n >= 6 else (-np.inf, np.inf))
 
 
@@ -347,11 +348,70 @@ def test_sequences_without_weight_do_not_count():
     assert comparison.n == alone.n == 8
     assert (comparison.difference, comparison.p_value) == (alone.difference, alone.p_value)
     assert comparison.interval() == alone.interval()
-    assert f"over 8 sequences, all {2**8} exchanges" in str(comparison)
+    assert f"over 8 blocks, all {2**8} exchanges" in str(comparison)
     gt[counted[1:]] = 0
     lonely = npss.compare(gt, one, other)
-    assert (lonely.n, lonely.p_value, lonely.interval()) == (1, 1.0, (-np.inf, np.inf))
-    assert "-inf to inf" in str(lonely)
+    assert (lonely.n, lonely.p_value, lonely.interval()) == (1, None, (-np.inf, np.inf))
+    assert "fewer than 6 blocks give no p-value" in str(lonely)
+
+
+@pytest.mark.parametrize("options", [{}, {"metric": "euler_error", "fps": 25, "at_ms": 400}])
+def test_blocks_are_exchanged_as_a_whole(options):
+    gt, one, other = motions(n=20)
+    groups = [*"aabbccddeeffgg", "h", None, None, "a", "b", "h"]
+    comparison = npss.compare(gt, one, other, groups=groups, **options)
+    values = []
+    for swapped in product((False, True), repeat=8):
+        where = np.array([label is not None and swapped["abcdefgh".index(label)] for label in groups])
+        where = where[:, np.newaxis, np.newaxis]
+        inside = [label is not None for label in groups]
+        pair = np.where(where, other, one)[inside], np.where(where, one, other)[inside]
+        if options:
+            values.append([npss.euler_error(gt[inside], pred, at_ms=(400,))[400] for pred in pair])
+        else:
+            values.append([npss.score(gt[inside], pred) for pred in pair])
+    differences_ = np.array([first - second for first, second in values])
+    assert comparison.p_value == pytest.approx(np.mean(np.abs(differences_) >= np.abs(differences_[0]) * (1 - 1e-9)))
+    assert (comparison.a_in_blocks, comparison.b_in_blocks) == pytest.approx(values[0], rel=1e-9)
+    whole = npss.compare(gt, one, other, **options)
+    assert (comparison.a, comparison.b, whole.n, comparison.n) == (whole.a, whole.b, 20, 8)
+    assert comparison.difference == comparison.a_in_blocks - comparison.b_in_blocks != whole.difference
+    low, high = comparison.interval()
+    assert low < comparison.difference < high
+    text = str(comparison)
+    assert text.startswith(f"{whole.a:.4f} and {whole.b:.4f}; in blocks {values[0][0]:.4f} - {values[0][1]:.4f} = ")
+    assert "8 blocks, 2 of 20 sequences in none" in text
+
+
+def test_fewer_than_six_blocks_give_no_p_value():
+    gt, one, other = motions(n=10)
+    groups = [*"aabbccddee"]
+    comparison = npss.compare(gt, one, other, groups=groups)
+    better = sum(
+        npss.score(gt[i : i + 2], one[i : i + 2]) < npss.score(gt[i : i + 2], other[i : i + 2]) for i in range(0, 10, 2)
+    )
+    assert (comparison.n, comparison.better, comparison.p_value) == (5, better, None)
+    for level in (0.5, 0.8, 0.95):
+        assert comparison.interval(level=level) == (-np.inf, np.inf)
+    assert str(comparison).splitlines()[:2] == [
+        f"{comparison.a:.4f} - {comparison.b:.4f} = {comparison.difference:.4f}, "
+        f"the first is better in {better} of 5 blocks",
+        "  fewer than 6 blocks give no p-value",
+    ]
+    with pytest.raises(ValueError, match=r"^level: "):
+        comparison.interval(level=95)
+    six = npss.compare(gt, one, other, groups=[*"aabbccddef"])
+    assert six.p_value >= 2 / 2**6
+
+
+def test_groups_that_are_none():
+    for groups, error, message in (
+        ([1.5] * 8, TypeError, "groups: expected text, a whole number, or None for no block, got 1.5 at 0"),
+        (["a"] * 7, ValueError, "groups: expected 8 labels, one for each sequence, got 7"),
+        ([None] * 8, ValueError, "groups: no sequence is in a block"),
+    ):
+        with pytest.raises(error, match=f"^{message}"):
+            npss.compare(*motions(), groups=groups)
 
 
 @pytest.mark.parametrize("scale", [2.0**-400, 2.0**400])
@@ -376,12 +436,14 @@ def test_the_text_says_the_numbers_and_what_they_are():
     low, high = comparison.interval()
     assert str(comparison).splitlines() == [
         f"{comparison.a:.4f} - {comparison.b:.4f} = {comparison.difference:.4f}, {low:.4f} to {high:.4f} (95 %), "
-        f"p = {comparison.p_value:.3g}",
-        "  two-sided sign-flip test over 8 sequences, all 256 exchanges, and the differences that it does not reject",
+        f"p = {comparison.p_value:.3g}, the first is better in {comparison.better} of 8 blocks",
+        "  two-sided sign-flip test over 8 blocks, all 256 exchanges, and the differences that it does not reject",
+        "  8 sequences, each its own block, assumed independent",
+        f"  {INFERRED}",
         f"  {npss.signature(representation='euler', frames=25, fps=25)}",
     ]
     assert repr(comparison).startswith(f"Comparison(a={comparison.a!r}, b={comparison.b!r}, p_value=")
-    assert "over 17 sequences, 9999 random exchanges" in str(npss.compare(*motions(n=17)))
+    assert "over 17 blocks, 9999 random exchanges" in str(npss.compare(*motions(n=17)))
 
 
 def test_a_comparison_can_be_kept_and_not_changed():

@@ -400,8 +400,11 @@ class TestWritten:
         assert (tmp_path / "board.csv").read_text(encoding="utf-8") == board.to_csv()
 
     def test_an_infinite_end_is_written(self, poses):
-        gt = poses["gt"][:3, :, ANGLES]
-        reports = {name: npss.report(gt, poses[name][:3, :, ANGLES]) for name in ("close", "far")}
+        # Of ten blocks nine are the same: many draws have no spread, and know of no error.
+        rows = [0] * 9 + [1]
+        reports = {
+            name: npss.report(*(poses[which][rows][..., ANGLES] for which in ("gt", name))) for name in ("close", "far")
+        }
         board = npss.leaderboard(reports)
         assert "–∞)" in board.to_text()
         assert "--$\\infty$" in board.to_latex()
@@ -464,6 +467,6 @@ def test_one_command_ranks_baselines_and_sample_models(capsys, h36m_root, sample
     for key, value in known.items():
         assert values[key] == pytest.approx(value, abs=5e-5)
     assert ("wookay_eating_1000", "walking", "NPSS paper") not in values
-    worse = {(row["model"], row["action"], row["column"]) for row in rows if row["worse"] == "True"}
-    assert ("zero-velocity", "eating", "NPSS paper") in worse
-    assert ("zero-velocity", "eating", "NPSS released") not in worse
+    # The windows overlap: five blocks of eating, and six of walking for two models, support no claim.
+    assert {row["worse"] for row in rows} == {"False"}
+    assert {row["p_value"] for row in rows if row["action"] == "eating"} == {""}

@@ -207,7 +207,7 @@ class TestContributions:
 
 class TestErrors:
     def test_the_lines_are_the_curves_and_the_bands_their_intervals(self, motion):
-        gt, pred = motion
+        gt, pred = (np.concatenate([array, 2 * array]) for array in motion)
         preds = {"half": (gt + pred) / 2, "whole": pred}
         axes = npss.plot.errors(gt, preds, fps=20, level=0.8, seed=3).axes[0]
         times = np.arange(1, 41) * 50
@@ -224,14 +224,16 @@ class TestErrors:
         assert len(axes.collections) == 2
 
     def test_what_it_says(self, motion):
-        figure = npss.plot.errors(motion[0], {"model": motion[1]}, fps=20)
+        gt, pred = (np.concatenate([array, 2 * array]) for array in motion)
+        figure = npss.plot.errors(gt, {"model": pred}, fps=20)
         axes = figure.axes[0]
         assert axes.get_xlabel() == "time after the last seed frame (ms)"
         assert axes.get_ylabel() == "Euler error (rad)"
         marked = [line.get_xdata()[0] for line in axes.get_lines()[1:]]
         assert marked == list(npss.protocol.SLICES_MS)
         note = (
-            f"mean over 6 sequences; bands: 95 %, pointwise, {METHOD}, {RESAMPLES} resamples, seed 0\n"
+            f"mean over 12 sequences; bands: pointwise, 95 %, {METHOD}, {RESAMPLES} resamples, seed 0\n"
+            "12 sequences, each its own block, assumed independent\n"
             "euler_error|version:1|frames:40|fps:20|average:at|columns:gt"
         )
         assert note in texts(figure)
@@ -240,10 +242,30 @@ class TestErrors:
         axes = npss.plot.errors(motion[0][:, :9], {"model": motion[1][:, :9]}, fps=25).axes[0]
         assert [line.get_xdata()[0] for line in axes.get_lines()[1:]] == [80, 160, 320]
 
-    def test_too_few_sequences_have_no_band(self, motion):
-        figure = npss.plot.errors(motion[0][0], {"model": motion[1][0]}, fps=25)
+    def test_blocks_that_do_not_tell_have_no_band(self, motion):
+        rows = [0] * 9 + [1]  # most draws of blocks have no spread
+        figure = npss.plot.errors(motion[0][rows], {"model": motion[1][rows]}, fps=25)
         assert not figure.axes[0].collections
-        assert any("mean over 1 sequences; no band where the sequences are too few to tell" in t for t in texts(figure))
+        assert any("mean over 10 sequences; no band where the blocks do not tell" in t for t in texts(figure))
+
+    def test_few_blocks_have_their_range(self, motion):
+        gt, pred = motion
+        groups = ["a", "b", "a", "b", "c", None]
+        figure = npss.plot.errors(gt, {"model": pred}, fps=20, groups=groups)
+        (band,) = figure.axes[0].collections
+        norms = np.linalg.norm(gt - pred, axis=2)
+        means = np.stack([norms[[0, 2]].mean(axis=0), norms[[1, 3]].mean(axis=0), norms[4]])
+        corners = band.get_paths()[0].vertices
+        for time, of_blocks in zip(np.arange(1, 41) * 50, means.T, strict=True):
+            there = corners[corners[:, 0] == time, 1]
+            assert (there.min(), there.max()) == pytest.approx((of_blocks.min(), of_blocks.max()), rel=1e-9)
+        note = (
+            "mean over 6 sequences; bands: pointwise, range of 3 blocks, too few for an interval\n"
+            "3 blocks, 1 of 6 sequences in none\n"
+        )
+        assert any(note in text for text in texts(figure))
+        with pytest.raises(ValueError, match=r"^groups: expected 6 labels"):
+            npss.plot.errors(gt, {"model": pred}, fps=20, groups=groups[1:])
 
     def test_more_models_than_colours(self, motion):
         preds = {str(i): motion[1] + i for i in range(12)}

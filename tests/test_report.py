@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import json
 import pickle
 
 import numpy as np
@@ -12,7 +13,9 @@ from hypothesis import strategies as st
 from strategies import pairs
 
 import npss
+from npss._blocks import INFERRED
 from npss._bootstrap import bootstrap_interval
+from npss._interval import Interval, Range
 from npss._records import measure
 from npss._report import contributions, joint_of
 
@@ -97,7 +100,8 @@ def test_one_sequence_is_a_set_of_one():
     np.testing.assert_array_equal(one.emd, other.emd)
     np.testing.assert_array_equal(one.weight, other.weight)
     assert one.emd.shape == (1, 4)
-    assert one.interval() == (0.0, np.inf)
+    assert isinstance(one.interval(), Range)
+    close(one.interval(), (one.score, one.score))
 
 
 # --- joints -----------------------------------------------------------------------------------------------------------
@@ -248,12 +252,75 @@ def test_values_that_are_none_are_named(bad):
 
 
 def test_the_interval_is_of_the_sums_over_each_sequence():
-    report = npss.report(*motions(n=9))
+    report = npss.report(*motions(n=11))
     numerator, denominator = (report.weight * report.emd).sum(axis=1), report.weight.sum(axis=1)
     for options in ({}, {"level": 0.5}, {"seed": 3}, {"level": 0.8, "seed": 1}):
         assert report.interval(**options) == bootstrap_interval(numerator, denominator, **options)
+    assert isinstance(report.interval(), Interval)
     assert all(type(end) is float for end in report.interval())
     assert report.interval()[0] < report.score < report.interval()[1]
+
+
+def test_few_blocks_have_a_range():
+    report = npss.report(*motions(n=9))
+    found = report.interval()
+    assert isinstance(found, Range)
+    assert found == (report.per_sequence.min(), report.per_sequence.max()) == report.interval(level=0.5, seed=3)
+
+
+LABELS = [*"aabbccddeeffgghhii", "j", 7, 7, None, None]  # eleven blocks, and two sequences in none
+
+
+def test_blocks_are_the_units_of_the_interval():
+    gt, pred = motions(n=len(LABELS))
+    report = npss.report(gt, pred, groups=LABELS)
+    assert report.groups == tuple(LABELS)
+    assert report.score == npss.score(gt, pred)  # of all
+    inside = [label is not None for label in LABELS]
+    close(report.score_in_blocks, npss.score(gt[inside], pred[inside]))
+    members = [[i for i, other in enumerate(LABELS) if other == label] for label in [*"abcdefghij", 7]]
+    numerator = np.array([(report.weight * report.emd)[some].sum() for some in members])
+    denominator = np.array([report.weight[some].sum() for some in members])
+    close(report.interval(), bootstrap_interval(numerator, denominator))
+    text = str(report)
+    assert text.startswith(f"NPSS {report.score:.4f}; in blocks {report.score_in_blocks:.4f}, ")
+    assert text.splitlines()[2] == f"  11 blocks, 2 of {len(LABELS)} sequences in none"
+    few = npss.report(gt[:8], pred[:8], groups=LABELS[:8])
+    scores = [npss.score(gt[i : i + 2], pred[i : i + 2]) for i in (0, 2, 4, 6)]
+    close(few.interval(), (min(scores), max(scores)))
+    assert few.score_in_blocks == few.score
+
+
+def test_the_order_of_sequences_and_the_names_of_blocks_do_not_matter():
+    gt, pred = motions(n=len(LABELS))
+    expected = npss.report(gt, pred, groups=LABELS).interval(seed=1)
+    named = {label: label and f"block {label}" for label in LABELS}
+    close(npss.report(gt, pred, groups=np.array([named[label] for label in LABELS], object)).interval(seed=1), expected)
+    order = np.r_[0 : len(LABELS) : 2, 1 : len(LABELS) : 2]  # blocks come in the same order, apart
+    apart = npss.report(gt[order], pred[order], groups=[LABELS[i] for i in order])
+    close(apart.interval(seed=1), expected)
+
+
+def test_groups_that_are_none():
+    gt, pred = motions(n=3)
+    for groups in ("abc", 3, b"abc"):
+        with pytest.raises(TypeError, match=r"^groups: expected a sequence of labels, one for each sequence, got"):
+            npss.report(gt, pred, groups=groups)
+    for bad in (1.0, float("nan"), True, b"a", ("a",)):
+        with pytest.raises(
+            TypeError, match=r"^groups: expected text, a whole number, or None for no block, got .* at 1"
+        ):
+            npss.report(gt, pred, groups=["a", bad, "b"])
+    for groups in ([], ["a", "b"], list("abcd")):
+        with pytest.raises(ValueError, match=rf"^groups: expected 3 labels, .* got {len(groups)}"):
+            npss.report(gt, pred, groups=groups)
+    with pytest.raises(ValueError, match=r"^groups: empty text at 2"):
+        npss.report(gt, pred, groups=["a", None, ""])
+    with pytest.raises(ValueError, match=r"^groups: no sequence is in a block"):
+        npss.report(gt, pred, groups=[None] * 3)
+    gt[0] = 0
+    with pytest.raises(ValueError, match=r"^groups: no sequence with power is in a block"):
+        npss.report(gt, pred, groups=["a", None, None])
 
 
 def test_intervals_that_are_none():
@@ -300,9 +367,15 @@ def test_the_text_says_the_numbers_and_what_they_are(n, d):
     report = npss.report(*motions(n=n, d=d), fps=25, feature_names=names)
     text = str(report)
     low, high = report.interval()
-    assert text.startswith(f"NPSS {report.score:.4f}, {low:.4f} to {high:.4f} (95 %, studentised bootstrap")
-    assert "9999 resamples, seed 0" in text.splitlines()[0]
-    assert text.splitlines()[1] == f"  {report.signature}"
+    how = f"range of {n} block{'s' * (n > 1)}, too few for an interval"
+    if n >= 10:
+        how = "95 %, studentised bootstrap over blocks, 9999 resamples, seed 0"
+    assert text.split("\n\n")[0].splitlines() == [
+        f"NPSS {report.score:.4f}, {low:.4f} to {high:.4f} ({how})",
+        f"  {report.signature}",
+        f"  {n} sequence{'s' * (n > 1)}, each its own block, assumed independent",
+        f"  {INFERRED}",
+    ]
     joints, sequences = (block.splitlines() for block in text.split("\n\n")[1:])
     listed = list(report.joint_share.items())[:8]
     assert [line.split() for line in joints[2:10]] == [[joint, f"{share:.1%}"] for joint, share in listed]
@@ -376,6 +449,15 @@ def test_records_of_sequences_are_json():
     assert alone.pop("statistics") == 2
     assert alone["npss"]["paper"][1] == alone["weight"]["paper"][1] == 0.0  # JSON has no NaN
     assert all(type(value) is float for values in alone.values() for value in values["paper"])
+
+
+def test_records_hold_the_blocks_of_their_sequences():
+    record = measure(
+        *motions(n=4), conventions=("paper",), frames=20, sequences=True, groups=["a", None, np.int64(3), 3]
+    )
+    assert json.loads(json.dumps(record))["sequences"]["groups"] == ["a", None, 3, 3]
+    with pytest.raises(ValueError, match=r"^groups: expected 4 labels"):
+        measure(*motions(n=4), frames=20, sequences=True, groups=["abc"])
 
 
 def test_records_of_sequences_are_of_what_was_unwrapped():

@@ -98,7 +98,7 @@ def test_more_models_need_more_to_differ():
     found = standings([*[one.result for one in found], result("m4", hard + 2)])
     assert {one.rank for one in found} == {1}  # 10 pairs: .078
     (said,) = (line for line in notes(found) if "cannot show" in line)
-    assert said.startswith("walking: 8 sequences cannot show any difference between 5 models")
+    assert said.startswith("walking: 8 blocks cannot show any difference between 5 models")
     assert "0.0078" in said
     assert "0.005" in said
 
@@ -197,9 +197,9 @@ def test_sequences_without_power_do_not_count():
     assert found["b"].p_value == 2 / 2**8
     lonely = standings([result("a", [1.0, 0], weight=[1, 0]), result("b", [2.0, 0], weight=[1, 0])])
     assert [one.rank for one in lonely] == [1, 1]  # one sequence says nothing of chance
-    assert [one.p_value for one in lonely] == [None, 1.0]
-    (said,) = (line for line in notes(lonely) if "cannot show" in line)
-    assert "1 sequence cannot show any difference between 2 models" in said
+    assert [one.p_value for one in lonely] == [None, None]
+    assert [one.behind for one in lonely] == [None, (1, 1)]
+    assert "walking: 1 sequence, each its own block, assumed independent." in notes(lonely)
 
 
 def test_so_many_models_that_draws_cannot_tell_them_apart():

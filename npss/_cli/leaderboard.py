@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from npss._files import add_max_size
+from npss._json import read_json
 
 if TYPE_CHECKING:
     from npss._leaderboard_frame import Leaderboard
@@ -36,6 +37,7 @@ def add_parser(commands: Any) -> None:
         "paths", nargs="+", type=Path, metavar="PATH", help="a folder, .h5 or .npz samples, .json records"
     )
     add_protocol(parser)
+    add_groups(parser)
     add_options(parser)
     parser.set_defaults(run=run)
 
@@ -45,7 +47,28 @@ def add_protocol(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--protocol", help="which test windows the samples are of, to be stated in the signature")
 
 
-def context_of(options: argparse.Namespace) -> dict[str, str]:
+def add_groups(parser: argparse.ArgumentParser) -> None:
+    """Add the option that names the blocks of sequences."""
+    parser.add_argument(
+        "--groups",
+        type=Path,
+        metavar="FILE",
+        help="the blocks of sequences that depend on each other (JSON): for each action a list with a label for each "
+        "sequence, null for one in no block; --protocol srnn-8 or random-256 knows its own",
+    )
+
+
+def groups_of(options: argparse.Namespace) -> dict[str, Any] | None:
+    """Read the blocks of sequences by action."""
+    if options.groups is None:
+        return None
+    groups = read_json(options.groups)
+    if not isinstance(groups, dict) or not all(isinstance(labels, list) for labels in groups.values()):
+        raise ValueError(f"--groups {options.groups}: expected an object with a list of labels for each action")
+    return groups
+
+
+def context_of(options: argparse.Namespace) -> dict[str, Any]:
     """Return what the signatures of files of samples state besides."""
     return {"protocol": options.protocol} if options.protocol else {}
 
@@ -56,6 +79,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--by", metavar="COLUMN", help="sort by this column, such as 'NPSS released' (default: the first)"
     )
+    parser.add_argument(
+        "--method",
+        nargs="+",
+        action="append",
+        default=[],
+        metavar=("NAME", "MODEL"),
+        help="average the models that follow NAME, three or more runs of one method that differ in their seed",
+    )
     parser.add_argument("--level", type=float, default=0.95, help="of intervals and marks (default: 0.95)")
     parser.add_argument("--format", choices=FORMATS, default="text")
     add_max_size(parser)
@@ -63,14 +94,24 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Print the leaderboard."""
-    show(board_of(options.paths, options, max_size=options.max_size, **context_of(options)), options)
+    board = board_of(
+        options.paths, options, groups=groups_of(options), max_size=options.max_size, **context_of(options)
+    )
+    show(board, options)
 
 
 def board_of(source: Any, options: argparse.Namespace, **context: Any) -> Leaderboard:
     """Return the leaderboard of whatever it can be made of."""
     from npss._leaderboard import leaderboard  # here, since few commands need it
 
-    return leaderboard(source, published=options.published, by=options.by, level=options.level, **context)
+    methods: dict[str, list[str]] = {}
+    for name, *models in options.method:
+        if name in methods:
+            raise ValueError(f"--method {name} is there twice")
+        methods[name] = models
+    return leaderboard(
+        source, published=options.published, by=options.by, methods=methods, level=options.level, **context
+    )
 
 
 def show(board: Leaderboard, options: argparse.Namespace) -> None:

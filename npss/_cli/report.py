@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from npss._checks import Array
-from npss._cli.leaderboard import add_options, add_protocol, board_of, context_of, show
+from npss._cli.leaderboard import add_groups, add_options, add_protocol, board_of, context_of, groups_of, show
 from npss._diagnose import diagnose
 from npss._euler_error import moving_pair
 from npss._files import Pair
@@ -44,6 +44,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="the page to write")
     add_protocol(parser)
+    add_groups(parser)
     add_options(parser)
     parser.set_defaults(run=run)
 
@@ -52,7 +53,7 @@ def run(options: argparse.Namespace) -> None:
     """Write the page, and print the leaderboard."""
     check_folder(options.output)
     submissions = read_submissions(options.paths, max_size=options.max_size)
-    board = board_of(records_of(submissions, **context_of(options)), options)
+    board = board_of(records_of(submissions, **context_of(options)), options, groups=groups_of(options))
     write(options.output, submissions, board)
     show(board, options)
 
@@ -95,9 +96,12 @@ class _Action:
         self._gt = poses_to_euler(truth)
         self._preds = {model: poses_to_euler(pair.pred) for model, pair in pairs.items()}
         (table,) = (table for table in tables(board.standings, board.by) if table.action == action)
-        self._best = table.models[0][0]
+        best = table.models[0][0]
+        self._best = best if best in pairs else next(iter(pairs))  # a method has no predictions; its runs have
         scored = next(column for column in (table.by, *table.columns) if column.startswith("NPSS"))
-        meaning = parse_signature(table.cells[self._best, False, scored].result.signature)
+        shown = table.cells[best, False, scored].result
+        meaning = parse_signature(shown.signature)
+        self._groups = shown.groups
         self._convention = meaning["convention"]
         self._context = {name: meaning[name] for name in ("representation", "protocol", "unwrap") if name in meaning}
         self.findings = [(f"{action}, {label}", lines) for label, lines in self._diagnose() if lines]
@@ -123,8 +127,8 @@ class _Action:
             strip = plot.film_strip(first, fps=FPS, at_ms=times, skeleton=H36M)
             yield self._figure("the first sequence", strip, "At the times of figure 2 of the NPSS paper.")
         if not moving_pair(self._gt, self._gt)[2].all():  # of sequences that stand still, there is none
-            errors = plot.errors(self._gt, self._preds, fps=FPS, **self._context)
-            yield self._figure("Euler error over time", errors, "With pointwise intervals over sequences.")
+            errors = plot.errors(self._gt, self._preds, fps=FPS, groups=self._groups, **self._context)
+            yield self._figure("Euler error over time", errors, "With pointwise bands over blocks.")
         stated: dict[str, Any] = {"fps": FPS, "convention": self._convention, "feature_names": FEATURE_NAMES}
         taken_apart = report(self._gt, self._preds[self._best], **stated, **self._context)
         if taken_apart.score == 0:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval
+from npss._blocks import Blocks, Label, read_groups
 from npss._checks import positive_number
 from npss._euler_error import moving_pair, sequence_errors
 from npss._fields import Value
+from npss._interval import ends, method
 from npss._names import model_name
 from npss._signature import signature, stated_with
 from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
@@ -27,16 +28,18 @@ def errors(
     preds: Mapping[str, npt.ArrayLike],
     *,
     fps: float,
+    groups: Iterable[Label | None] | None = None,
     level: float = 0.95,
     seed: int = 0,
     extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Figure:
-    """Draw the Euler error of models over time, each with a pointwise confidence band.
+    """Draw the Euler error of models over time, each with a pointwise band.
 
-    A band says where the error at that time would lie on other sequences of the same kind, each time for itself, as
-    `npss.Report.interval` does for the score. Bands of two models may overlap although one is better on nearly every
-    sequence: to compare models is the task of `npss.compare`.
+    A band says where the error at that time would lie on other blocks of the same kind, each time for itself, as
+    `npss.Report.interval` does for the score: of fewer than ten blocks, it reaches from the lowest to the highest error
+    of a block. Bands of two models may overlap although one is better in nearly every block: to compare models is the
+    task of `npss.compare`.
 
     Parameters
     ----------
@@ -46,6 +49,8 @@ def errors(
         The models' predictions by their names, each of the shape of `gt`.
     fps : float
         Frames per second.
+    groups : sequence of str, int or None, optional
+        The block of each sequence, as for `npss.report`; by default each sequence is assumed to be its own.
     level : float, optional
         Of the confidence bands.
     seed : int, optional
@@ -58,8 +63,8 @@ def errors(
     Returns
     -------
     matplotlib.figure.Figure
-        With one axes. A band is open where fewer than four sequences do not tell. Sequences of which nothing moves in
-        the ground truth have no Euler error, and are left out; the signature counts them.
+        With one axes. There is no band where the blocks do not tell how high it reaches. Sequences of which nothing
+        moves in the ground truth have no Euler error, and are left out; the signature counts them.
 
     Raises
     ------
@@ -104,13 +109,14 @@ def errors(
     meaning = signature(None, metric="euler_error", **stated_with(errors, context, extra, **known))
     figure = new_figure(7, 4)
     axes = figure.subplots()
+    blocks = Blocks(read_groups("groups", groups, len(still)), weight[0])
     times = 1000 * np.arange(1, n_frames + 1) / rate
     told = True
     for i, (name, curve) in enumerate(curves.items()):
         colour, dash = COLOURS[i % len(COLOURS)], DASHES[i % len(DASHES)]
         mean = curve.sum(axis=0) / n_sequences
         axes.plot(times, mean, color=colour, linestyle=dash, linewidth=1.5, label=label(name))
-        low, high = bootstrap_interval(curve.T, weight, level=level, seed=seed)
+        low, high = ends(curve.T, weight, blocks, level=level, seed=seed)
         if np.isfinite(high).all():
             axes.fill_between(times, low, high, color=colour, alpha=0.15, linewidth=0)
         else:
@@ -130,8 +136,8 @@ def errors(
     tidy(axes, grid="y")
     stated = f"mean over {n_sequences} sequences; "
     if told:
-        stated += f"bands: {100 * level:.4g} %, pointwise, {METHOD}, {RESAMPLES} resamples, seed {seed}"
+        stated += f"bands: pointwise, {method(blocks, level=level, seed=seed)}\n{blocks}"
     else:
-        stated += "no band where the sequences are too few to tell"
+        stated += f"no band where the blocks do not tell\n{blocks}"
     footnote(figure, stated, meaning)
     return figure

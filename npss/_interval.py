@@ -1,0 +1,79 @@
+"""What blocks tell of where a score lies: a confidence interval, or, where they are too few, their range."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from npss._blocks import Blocks, counted
+from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval, checked_level, checked_seed
+from npss._checks import Float64
+
+#: Blocks from which on there is an interval.
+FEWEST = 10
+#: What there is of fewer, in words that a table can print.
+RANGE = "range of blocks"
+
+
+class Interval(NamedTuple):
+    """A confidence interval."""
+
+    low: float
+    high: float
+
+
+class Range(NamedTuple):
+    """The lowest and the highest score of a block: of so few that they support no confidence interval."""
+
+    low: float
+    high: float
+
+
+def ends(
+    numerator: Float64, denominator: Float64, blocks: Blocks, *, level: float = 0.95, seed: int = 0
+) -> tuple[Float64, Float64]:
+    """Return the ends of intervals of quotients of two sums, or of ranges where there are fewer than `FEWEST` blocks.
+
+    Parameters
+    ----------
+    numerator, denominator : (..., N) ndarray of float64
+        What each of the N sequences adds to the two sums.
+    blocks : Blocks
+        Of the sequences; those that are in none do not count.
+    level, seed : float, int
+        As for `bootstrap_interval`; a range has none.
+
+    Returns
+    -------
+    low, high : (...) ndarray of float64
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `bootstrap_interval`.
+    """
+    checked_level(level)
+    checked_seed(seed)
+    numerator, denominator = blocks.sums(numerator), blocks.sums(denominator)
+    if blocks.n >= FEWEST:
+        return bootstrap_interval(numerator, denominator, level=level, seed=seed)
+    counts = denominator > 0
+    score = np.divide(numerator, denominator, out=np.full(numerator.shape, np.nan), where=counts)
+    return np.nanmin(score, axis=-1), np.nanmax(score, axis=-1)
+
+
+def interval(
+    numerator: Float64, denominator: Float64, blocks: Blocks, *, level: float = 0.95, seed: int = 0
+) -> Interval | Range:
+    """Return the interval of one quotient, or its range."""
+    low, high = ends(numerator, denominator, blocks, level=level, seed=seed)
+    kind = Interval if blocks.n >= FEWEST else Range
+    return kind(float(low), float(high))
+
+
+def method(blocks: Blocks, *, level: float = 0.95, seed: int = 0) -> str:
+    """Say how the ends were made."""
+    if blocks.n >= FEWEST:
+        return f"{100 * level:.4g} %, {METHOD}, {RESAMPLES} resamples, seed {seed}"
+    return f"range of {counted(blocks.n, 'block')}, too few for an interval"
