@@ -1,8 +1,9 @@
 """Windows that overlap, simulated: what are error rates and coverages, if the frames of a clip depend on each other?
 
 Each frame of a clip has an error that is autoregressive (AR(1), coefficient phi), whatever the model; a window's error
-is the mean over its target frames, and the score the mean over windows, weighted by the energy of real targets. Of a
-very long record, the errors average to zero, whatever the weights: that is the true score, and the true difference.
+is the mean over its target frames, and the score the mean over windows, weighted by the energy of real targets. Over
+all starts of a very long record, such errors have mean zero: that is the true difference of two models, and the true
+score is what is added to them.
 """
 
 from typing import NamedTuple
@@ -46,53 +47,62 @@ def window_means(frames):
     return (sums[..., N_TARGET:] - sums[..., :-N_TARGET]) / N_TARGET
 
 
-def generated_energies(rng, count=40, length=3000):
-    """Return the energies of the frames of clips, as unequal as those of real motion, and about as slow."""
-    return list(np.exp(0.4 * ar1(0.99, (count, length), rng)))
+def generated_pairs(rng, count=60):
+    """Return the energies of the frames of pairs of clips, as long as real ones, and a little more unequal."""
+    lengths = rng.integers(600, 2000, size=(count, 2))
+    return [[np.exp(0.4 * ar1(0.99, length, rng)) for length in pair] for pair in lengths]
 
 
-def patterns(energies, n_blocks, rng, count, windows="random-256"):
-    """Yield the windows of pairs of clips that have so many blocks, cut out of clips of these energies at random."""
-    draw = {"srnn-8": protocol.srnn_windows, "random-256": protocol.random_windows}[windows]
-    found = 0
-    for _ in range(100_000):
-        first = int(rng.integers(1, n_blocks)) if windows == "random-256" else int(rng.integers(4, 9))
-        second = n_blocks - first if windows == "random-256" else int(rng.integers(4, 9))
-        if max(first, second) > max(8, n_blocks // 2 + 1):
-            continue  # real clips have four to nine stretches; longer pairs are halves
-        lengths = tuple(int(STRETCH * some + rng.integers(STRETCH)) for some in (first, second))
-        if min(lengths) <= 166:
-            continue
-        places = draw(lengths, n_target=N_TARGET)
-        groups = protocol.window_blocks(windows, lengths, n_target=N_TARGET)
-        if len(set(groups) - {None}) != n_blocks:
-            continue  # no window lies in one of the stretches
+def pattern(energies, name="random-256", unit=None):
+    """Return the windows of a protocol in a pair of clips, given the energies of their frames.
+
+    `unit` makes other blocks than the protocol's: a function of the place of a window and of the window.
+    """
+    lengths = tuple(len(clip) for clip in energies)
+    draw = {"srnn-8": protocol.srnn_windows, "random-256": protocol.random_windows}[name]
+    windows = draw(lengths, n_target=N_TARGET)
+    groups = tuple(unit(*one) for one in enumerate(windows)) if unit else protocol.window_blocks(name, lengths)
+    means = [window_means(clip) for clip in energies]
+    weight = np.array([means[window.clip][window.target.start] for window in windows])
+    return Pattern(lengths, windows, weight, Blocks(groups, weight))
+
+
+def cut(pairs, n_blocks, rng, count):
+    """Return random windows of pairs of clips that have so many blocks, cut out of those pairs."""
+    found = []
+    while len(found) < count:
         clips = []
-        for length in lengths:
-            clip = energies[rng.integers(len(energies))]
-            while len(clip) < length:  # no real clip is as long: it goes back as it came
-                clip = np.concatenate([clip, clip[::-1]])
-            start = rng.integers(len(clip) - length + 1)
-            clips.append(window_means(clip[start : start + length]))
-        weight = np.array([clips[place.clip][place.target.start] for place in places])
-        yield Pattern(lengths, places, weight, Blocks(groups, weight))
-        if (found := found + 1) == count:
-            return
-    raise AssertionError(f"only {found} pairs of clips with {n_blocks} blocks")
+        for n in (n_blocks // 2, n_blocks - n_blocks // 2):
+            clip = pairs[rng.integers(len(pairs))][len(clips)]
+            length = STRETCH * n + rng.integers(STRETCH)
+            start = rng.integers(max(1, len(clip) - length))
+            clips.append(
+                np.resize(np.concatenate([clip[start:], clip[start:][::-1]]), length)
+            )  # too short: there and back
+        one = pattern(clips)
+        if one.blocks.n == n_blocks:  # else one of the stretches holds no window
+            found.append(one)
+    return found
 
 
-def rates(energies, phi, n_blocks, *, sets, each=5, seed=0, windows="random-256"):
+def rates(patterns, phi, *, sets, seed=0):
     """Return how often equal models are told apart at 5 %, and intervals of 95 % hold the true score.
 
-    `sets` records are simulated, `each` of them of one pair of clips.
+    At least `sets` records are simulated, as many of each pattern.
     """
     rng = np.random.default_rng(seed)
+    each = -(-sets // len(patterns))
     rejected, held = [], []
-    for pattern in patterns(energies, n_blocks, rng, sets // each, windows):
-        weight = pattern.blocks.sums(pattern.weight)
-        error = pattern.blocks.sums(pattern.weight * pattern.errors(phi, rng, each))
-        rejected += [sign_flips(one, weight, seed=i).p_value() <= 0.05 for i, one in enumerate(error)]
-        true = 10.0  # so that no error is negative
-        low, high = bootstrap_interval(error + true * weight, np.broadcast_to(weight, error.shape))
-        held += list((low <= true) & (true <= high))
+    for one in patterns:
+        weight = one.blocks.sums(one.weight)
+        error = one.blocks.sums(one.weight * one.errors(phi, rng, each))
+        rejected += [sign_flips(errors, weight, seed=i).p_value() <= 0.05 for i, errors in enumerate(error)]
+        true = 10.0  # so that no score is negative
+        held += list(covers(error + true * weight, np.broadcast_to(weight, error.shape), true, seed=len(held)))
     return float(np.mean(rejected)), float(np.mean(held))
+
+
+def covers(numerator, weight, true, **options):
+    """Say of each row of blocks whether its interval holds the true score."""
+    low, high = bootstrap_interval(numerator, weight, **options)
+    return (low <= true) & (true <= high)
