@@ -62,6 +62,8 @@ def real_array(name: str, values: npt.ArrayLike) -> Array:
             f"{name}: masked arrays are refused, because a masked entry has no value to score; "
             f"fill it (array.filled(...)) or leave its sequence out"
         )
+    if str(getattr(values, "dtype", "")) == "torch.bfloat16":  # which numpy has not; float32 holds it exactly
+        values = values.float()  # type: ignore[union-attr]
     try:
         array = np.asarray(values)
     except ValueError as error:
@@ -69,7 +71,7 @@ def real_array(name: str, values: npt.ArrayLike) -> Array:
     except Exception as error:  # tensors that need detaching, are on a device, ...: each raises its own type
         raise TypeError(
             f"{name}: numpy cannot read this {type(values).__name__} ({error}); "
-            f"pass a CPU array, e.g. tensor.detach().cpu().numpy()"
+            f"pass a CPU array, e.g. tensor.detach().cpu().double().numpy()"
         ) from error
     check_real(name, array.dtype)
     if array.dtype.kind == "f" and array.dtype.itemsize > 8:  # all is computed in float64

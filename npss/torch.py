@@ -20,6 +20,8 @@ from npss._convention import Convention, as_convention
 
 __all__ = ["score"]
 
+_DTYPES = (torch.float64, torch.float32, torch.float16, torch.bfloat16)
+
 
 def score(gt: torch.Tensor, pred: torch.Tensor, *, convention: str | Convention = "paper") -> torch.Tensor:
     """NPSS as a differentiable torch function: the number that `npss.score` gives, as a scalar tensor.
@@ -27,24 +29,23 @@ def score(gt: torch.Tensor, pred: torch.Tensor, *, convention: str | Convention 
     Parameters
     ----------
     gt : (N, T, D) or (T, D) tensor
-        Ground truth: N sequences of T >= 2 frames of D features (angles in radians, usually). float32 or float64, on
-        any device.
+        Ground truth: N sequences of T >= 2 frames of D features (angles in radians, usually). float64, float32,
+        float16 or bfloat16, on any device.
     pred : tensor
-        Prediction, of the same shape, dtype and device as `gt`.
+        Prediction, of the same shape and device as `gt`, and of any of these dtypes.
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `npss.score`.
 
     Returns
     -------
     () tensor
-        The score, computed in the dtype and on the device of the input: float32 agrees with `npss.score` to about
-        1e-4 of the value, float64 to 1e-10.
+        The score, on the device of the input, computed in float64 if one of the two is, and in float32 otherwise, half
+        precision included: float32 agrees with `npss.score` to about 1e-4 of the value, float64 to 1e-10.
 
     Raises
     ------
     TypeError
-        If an argument is not a tensor of float32 or float64, or the dtypes differ, or the convention is neither a name
-        nor a `Convention`. Half precision is refused rather than widened silently: write ``pred.float()``.
+        If an argument is not a tensor of one of these dtypes, or the convention is neither a name nor a `Convention`.
     ValueError
         If the shapes are wrong or differ, or the devices differ, a value is NaN or infinite (named with its index),
         there are fewer than two frames, the ground truth has no power at all, or no convention has that name.
@@ -84,11 +85,12 @@ def score(gt: torch.Tensor, pred: torch.Tensor, *, convention: str | Convention 
     """
     chosen = as_convention(convention)
     check_pair("gt", gt, "pred", pred)
-    numerator, denominator = weighted_sums(gt, pred, chosen, relative=True)
+    dtype = torch.promote_types(torch.promote_types(gt.dtype, pred.dtype), torch.float32)
+    numerator, denominator = weighted_sums(gt.to(dtype), pred.to(dtype), chosen, relative=True)
     value = numerator / denominator
     if bool(value.isnan()):  # the one wait: NaN or infinite input ends here, and so does 0/0
-        check_finite("gt", gt.numpy(force=True))
-        check_finite("pred", pred.numpy(force=True))
+        check_finite_tensor("gt", gt)
+        check_finite_tensor("pred", pred)
         raise ValueError("gt: no power in any feature of any sequence, so there is nothing to score")
     return value
 
@@ -106,20 +108,27 @@ def check_pair(first_name: str, first: torch.Tensor, second_name: str, second: t
     for name, motion in ((first_name, first), (second_name, second)):
         if not isinstance(motion, torch.Tensor):
             raise TypeError(f"{name}: expected a torch tensor, got {type(motion).__name__}; npss.score takes arrays")
-        if motion.dtype not in (torch.float32, torch.float64):
-            raise TypeError(f"{name}: expected float32 or float64, got {motion.dtype}; convert it, e.g. {name}.float()")
+        if motion.dtype not in _DTYPES:
+            raise TypeError(
+                f"{name}: expected floating-point numbers, got {motion.dtype}; convert it, e.g. {name}.float()"
+            )
         motion_array(name, np.broadcast_to(0.0, motion.shape))  # the shape alone, by the rule of npss.score
     if second.shape != first.shape:
         raise ValueError(
             f"{second_name}: its shape {tuple(second.shape)} differs from that of {first_name}, "
             f"{tuple(first.shape)}; nothing is broadcast"
         )
-    if second.dtype != first.dtype:
-        raise TypeError(f"{second_name}: {second.dtype} differs from the dtype of {first_name}, {first.dtype}")
     if second.device != first.device:
         raise ValueError(f"{second_name}: on {second.device}, whereas {first_name} is on {first.device}")
     if first.shape[-2] < 2:
         raise ValueError(f"{first_name}: one frame; a power spectrum needs at least two")
+
+
+def check_finite_tensor(name: str, motion: torch.Tensor) -> None:
+    """`check_finite` of a tensor on any device, and of any dtype: numpy has no bfloat16."""
+    check_finite(
+        name, motion.double().numpy(force=True) if motion.dtype == torch.bfloat16 else motion.numpy(force=True)
+    )
 
 
 def weighted_sums(

@@ -203,8 +203,8 @@ REFUSED = {
     "an array": (np.ones((2, 4, 3)), TypeError, "expected a torch tensor, got ndarray"),
     "None": (None, TypeError, "expected a torch tensor, got NoneType"),
     **{
-        str(dtype): (GOOD.to(dtype), TypeError, f"expected float32 or float64, got {dtype}")
-        for dtype in (torch.int64, torch.bool, torch.float16, torch.bfloat16, torch.complex64)
+        str(dtype): (GOOD.to(dtype), TypeError, f"expected floating-point numbers, got {dtype}")
+        for dtype in (torch.int64, torch.bool, torch.complex64)
     },
     "one axis": (torch.ones(4), ValueError, r"expected shape \(N, T, D\) or \(T, D\)"),
     "four axes": (torch.ones(1, 2, 3, 4), ValueError, r"expected shape \(N, T, D\) or \(T, D\)"),
@@ -228,7 +228,6 @@ def test_what_is_refused_alone(kind):
     [
         (torch.ones(2, 4, 1), ValueError, r"its shape \(2, 4, 1\) differs from that of gt, \(2, 4, 3\)"),
         (torch.ones(4, 3), ValueError, r"its shape \(4, 3\) differs"),
-        (GOOD.double(), TypeError, "torch.float64 differs from the dtype of gt, torch.float32"),
         (GOOD.to("meta"), ValueError, "on meta, whereas gt is on cpu"),
     ],
 )
@@ -248,6 +247,46 @@ def test_values_that_are_not_finite(name, value):
         npss.torch.score(GOOD[1], bad[1], convention=name)
     with pytest.raises(ValueError, match=r"^pred: "):  # beside a ground truth without power, too
         npss.torch.score(torch.cat([GOOD, 0 * GOOD]), torch.cat([GOOD, bad]), convention=name)
+
+
+HALVES = (torch.float16, torch.bfloat16)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("gt_dtype", [torch.float64, torch.float32, *HALVES])
+@pytest.mark.parametrize("pred_dtype", [torch.float64, torch.float32, *HALVES])
+def test_half_and_mixed_precision_are_computed_in_single_precision_at_least(gt_dtype, pred_dtype, name):
+    """What a network gives under bf16-mixed, beside a ground truth in single precision: its values, scored exactly."""
+    gt, pred = (motion.to(dtype) for motion, dtype in zip(tensors(noise()), (gt_dtype, pred_dtype), strict=True))
+    pred.requires_grad_()
+    double = torch.float64 in (gt_dtype, pred_dtype)
+    value = npss.torch.score(gt, pred, convention=name)
+    assert value.dtype == (torch.float64 if double else torch.float32)
+    expected = npss.score(gt.double(), pred.detach().double(), convention=name)
+    assert value.item() == pytest.approx(expected, rel=1e-10 if double else 1e-4)
+    assert npss.score(gt, pred.detach(), convention=name) == expected  # as it does of tensors, bfloat16 included
+    value.backward()
+    assert pred.grad.dtype == pred_dtype
+    assert pred.grad.isfinite().all()
+    assert pred.grad.any()
+
+
+@pytest.mark.parametrize("dtype", HALVES)
+def test_half_precision_that_is_not_finite(dtype):
+    bad = GOOD.to(dtype)
+    bad[1, 2, 0] = torch.nan
+    for score in (npss.torch.score, npss.score):
+        with pytest.raises(ValueError, match=r"^pred: nan at index \(1, 2, 0\)"):
+            score(GOOD.cumsum(1), bad)
+
+
+def test_the_advice_for_tensors_that_numpy_cannot_read_works():
+    for dtype in (torch.float64, *HALVES):
+        tensor = GOOD.cumsum(1).to(dtype).requires_grad_()
+        with pytest.raises(TypeError, match=r"^gt: .*e\.g\. tensor\.detach\(\)\.cpu\(\)\.double\(\)\.numpy\(\)"):
+            npss.score(tensor, tensor)
+        array = tensor.detach().cpu().double().numpy()
+        assert npss.score(array, array) == 0
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -437,8 +476,8 @@ def test_what_the_metric_refuses(make):
     expected = metric.compute().item()
     with pytest.raises(TypeError, match=r"^target: expected a torch tensor, got ndarray"):
         metric.update(pred, gt.numpy())
-    with pytest.raises(TypeError, match=r"^preds: expected float32 or float64"):
-        metric.update(pred.half(), gt)
+    with pytest.raises(TypeError, match=r"^preds: expected floating-point numbers, got torch.int64"):
+        metric.update(pred.long(), gt)
     with pytest.raises(ValueError, match=r"^preds: its shape .* differs from that of target"):
         metric.update(pred[:1], gt)
     with pytest.raises(ValueError, match=r"^preds: nan at index \(0, 0, 0\)"):
@@ -450,6 +489,8 @@ def test_what_the_metric_refuses(make):
     assert metric.compute().item() == expected
     with pytest.raises(ValueError, match=r"^convention: "):
         make(convention="novel")
+    with pytest.raises(ValueError, match=r"^nan_policy: expected one of raise, propagate, got 'omit'"):
+        make(nan_policy="omit")
 
 
 @pytest.mark.parametrize("scale", [0.0, 1e-200])
@@ -459,3 +500,112 @@ def test_batches_without_power(make, scale):
     with pytest.raises(ValueError, match=r"^target: no power in any feature of any sequence so far"):
         metric.compute()
     assert filled(metric, gt, pred).compute().item() == pytest.approx(npss.score(gt, pred))
+
+
+@given(seed=st.integers(0, 99), dtypes=st.tuples(*[st.sampled_from([torch.float64, torch.float32, *HALVES])] * 2))
+def test_the_metric_in_any_precision(make, seed, dtypes):
+    gt, pred = (motion.to(dtype) for motion, dtype in zip(tensors(noise(seed=seed)), dtypes, strict=True))
+    value = filled(make(), gt, pred).compute()
+    assert value.dtype == torch.float64
+    assert value.item() == pytest.approx(npss.score(gt, pred), rel=1e-12)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("argument", ["preds", "target"])
+@pytest.mark.parametrize("dtype", [torch.float32, torch.bfloat16])
+def test_values_that_are_not_finite_raise_or_propagate(make, bad, argument, dtype):
+    gt, pred = tensors(noise(), dtype)
+    broken = {"preds": pred.clone(), "target": gt.clone()}
+    broken[argument][1, 2, 0] = bad
+    careful, tolerant = filled(make(), gt, pred), filled(make(nan_policy="propagate"), gt, pred)
+    expected = careful.compute().item()
+    for call in (careful.update, careful):
+        with pytest.raises(ValueError, match=rf"^{argument}: {bad} at index \(1, 2, 0\)"):
+            call(**broken)
+        assert careful.compute().item() == expected
+    assert tolerant.compute().item() == expected
+    assert tolerant(**broken).isnan()
+    for _ in range(2):
+        tolerant.update(pred, gt)  # and nothing that comes later makes it a number again
+        assert tolerant.compute().isnan()
+    merged = filled(make(nan_policy="propagate"), gt, pred)
+    merged.merge_state(tolerant)
+    assert merged.compute().isnan()
+    tolerant.reset()
+    assert filled(tolerant, gt, pred).compute().item() == expected
+
+
+def test_only_what_is_not_finite_propagates(make):
+    gt, pred = tensors(noise())
+    metric = make(nan_policy="propagate")
+    with pytest.raises(ValueError, match=r"^target: its power is beyond float64"):
+        metric.update(pred, gt * 1e200)
+    with pytest.raises(ValueError, match=r"^target: no power in any feature"):
+        filled(metric, 0 * gt, pred).compute()
+    assert "nan_policy='propagate'" in repr(metric)
+
+
+def test_policies_are_not_mixed(make):
+    from torchmetrics import MetricCollection
+
+    gt, pred = tensors(noise())
+    with pytest.raises(ValueError, match=r"^batches of different"):
+        filled(make(), gt, pred).merge_state(filled(make(nan_policy="propagate"), gt, pred))
+    both = MetricCollection({policy: make(nan_policy=policy) for policy in ("propagate", "raise")})
+    both.update(pred, gt)
+    with pytest.raises(ValueError, match=r"^preds: nan at index"):
+        both.update(pred * np.nan, gt)
+
+
+@pytest.mark.parametrize("options", [{}, {"dist_sync_on_step": True}, {"compute_on_cpu": True}])
+def test_an_error_in_forward_loses_nothing(make, options):
+    gt, pred = tensors(noise())
+    metric = make(**options)
+    for _ in range(2):
+        metric(pred, gt)
+        before = {name: str(value) for name, value in metric.__dict__.items()}
+        for bad_pred, bad_gt in ((pred * np.nan, gt), (pred, 0 * gt), (pred[:, :5], gt[:, :5]), (pred[:1], gt)):
+            with pytest.raises(ValueError, match=r"^(preds|target|batches)"):
+                metric(bad_pred, bad_gt)
+            assert {name: str(value) for name, value in metric.__dict__.items()} == before
+    assert metric.compute().item() == pytest.approx(npss.score(gt, pred), rel=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore")  # of lightning about torch, and about what a loop this small lacks
+def test_lightning_in_mixed_precision(make, tmp_path):
+    """A network whose output is bfloat16, with the score as its loss and the metric beside it."""
+    lightning = pytest.importorskip("lightning")
+    dtypes = set()
+
+    class Model(lightning.LightningModule):
+        def __init__(self):
+            super().__init__()
+            self.layer = torch.nn.Linear(3, 3)
+            self.npss = make()
+
+        def training_step(self, batch, index):
+            gt, seen = batch
+            pred = self.layer(seen)
+            dtypes.add((gt.dtype, pred.dtype))
+            self.npss.update(pred, gt)
+            self.log("npss", self.npss, on_step=False, on_epoch=True)
+            return npss.torch.score(gt, pred)
+
+        def configure_optimizers(self):
+            return torch.optim.SGD(self.parameters(), lr=0.01)
+
+    gt, seen = tensors(noise(shape=(8, 6, 3)), torch.float32)
+    batches = torch.utils.data.DataLoader(torch.utils.data.TensorDataset(gt, seen), batch_size=4)
+    quiet = {
+        "logger": False,
+        "enable_checkpointing": False,
+        "enable_progress_bar": False,
+        "enable_model_summary": False,
+    }
+    trainer = lightning.Trainer(
+        max_epochs=1, accelerator="cpu", precision="bf16-mixed", default_root_dir=tmp_path, **quiet
+    )
+    model = Model()
+    trainer.fit(model, batches)
+    assert dtypes == {(torch.float32, torch.bfloat16)}
+    assert np.isfinite(trainer.callback_metrics["npss"].item())
