@@ -3,9 +3,9 @@
 
 The mutants are cosmic-ray's (``pip install cosmic-ray``), of which each place in a group of modules gives at most one.
 They are drawn by a hash of the function, the line and the seed, so a change elsewhere draws no others. Each is
-written into a copy of the checkout and meets the group's test files, in a process of its own with a limit on its
-time; the first test that fails, or the limit, kills it. The mutants that no test can kill are listed, with the reason,
-in ``equivalent_mutants.toml``.
+written into a copy of the checkout and meets the test files of its module, the quick tests first, in a process of its
+own with a limit on its time; the first test that fails, or the limit, kills it. The mutants that no test can kill are
+listed, with the reason, in ``equivalent_mutants.toml``.
 
 Ends with status 1 if the tests kill less than 95 % of those that are not listed, or more than 10 % are listed.
 """
@@ -16,6 +16,8 @@ import argparse
 import ast
 import difflib
 import hashlib
+import itertools
+import json
 import os
 import resource
 import shutil
@@ -29,26 +31,36 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
+
 ROOT = Path(__file__).resolve().parent.parent
 
-#: The modules of each group and the test files that cover them; that of the same name as the module comes first.
-GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "metric": (
-        ("_accumulator.py", "_convention.py", "_exact_sum.py", "_frames.py", "_kernel.py", "_power.py", "_score.py"),
-        ("score", "exact_sum", "accumulator", "frames", "kernel", "properties", "workers"),
-    ),
-    "rotations": (
-        ("rotations/*.py", "_unwrap.py", "_poses.py", "_euler_error.py"),
-        ("rotations", "rotations_*", "unwrap", "poses", "euler_error"),
-    ),
-    "skeleton": (("skeleton.py",), ("skeleton",)),
-    "statistics": (
-        (*("_bootstrap.py", "_compare.py", "_sign_flip.py", "_standings.py"), "study/_[!fvs]*.py"),
-        ("bootstrap", "compare", "standings", "study_*"),
-    ),
+#: The modules of each group, with the test files that cover them.
+GROUPS: dict[str, dict[str, str]] = {
+    "metric": {
+        "_convention.py _exact_sum.py _kernel.py _power.py": "score exact_sum kernel properties",
+        "_accumulator.py _frames.py _score.py": "score accumulator frames workers",
+    },
+    "rotations": {
+        "rotations/*.py": "rotations rotations_*",
+        "_unwrap.py": "unwrap",
+        "_poses.py _euler_error.py": "poses euler_error",
+    },
+    "skeleton": {"skeleton.py": "skeleton"},
+    "statistics": {
+        "_bootstrap.py _sign_flip.py": "bootstrap compare",
+        "_compare.py": "compare bootstrap",
+        "_standings.py": "standings",
+        "study/_agreement.py study/_intervals.py study/_paired.py study/_two_samples.py": "study_tests study_metrics",
+        "study/_ranking.py": "study_metrics",
+        "study/_design.py study/_planning.py": "study_design study_planning",
+        "study/_kappa.py study/_votes.py": "study_votes",
+    },
 }
 SHARE_KILLED, SHARE_LISTED = 0.95, 0.10
 LOG = "tests.log"  # what the last run printed, in the copy of the checkout
+FIELDS = ("function", "before", "after")  # of the list of equivalent mutants
+SECONDS = Path("seconds.json")  # how long each test takes
 
 
 class Mutant(NamedTuple):
@@ -152,8 +164,14 @@ class _Names:
         )
 
 
-class _Unshrunk:
-    """A plugin for pytest: the first counterexample is enough, it need not be a simple one."""
+class _Plugin:
+    """Run quick tests first; and do without a simple counterexample where the first one will do."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self.is_known = SECONDS.exists()
+        if self.is_known:
+            self.seconds = json.loads(SECONDS.read_text())
 
     def pytest_sessionstart(self) -> None:
         from hypothesis import Phase, settings
@@ -161,11 +179,19 @@ class _Unshrunk:
         settings.register_profile("unshrunk", settings.get_profile("npss"), phases=[Phase.explicit, Phase.generate])
         settings.load_profile("unshrunk")
 
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        items.sort(key=lambda item: self.seconds.get(item.nodeid, 0.0))
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        self.seconds[report.nodeid] = self.seconds.get(report.nodeid, 0.0) + report.duration
+
+    def pytest_sessionfinish(self) -> None:
+        if not self.is_known:
+            SECONDS.write_text(json.dumps(self.seconds))
+
 
 def passes(tests: list[str], seconds: float) -> tuple[bool, float]:
     """Run test files in a process of their own; say whether all passed, and how much processor time they took."""
-    import pytest
-
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     child = os.fork()
     if child == 0:
@@ -179,7 +205,7 @@ def passes(tests: list[str], seconds: float) -> tuple[bool, float]:
         try:
             options = ["-x", "-q", "--no-header", "-p", "no:cacheprovider", "-p", "no:randomly"]
             options += ["-W", "ignore:Module already imported"]
-            status = pytest.main([*options, *tests], plugins=[_Unshrunk()])
+            status = pytest.main([*options, *tests], plugins=[_Plugin()])
         except BaseException:
             traceback.print_exc()
         finally:
@@ -198,45 +224,40 @@ def passes(tests: list[str], seconds: float) -> tuple[bool, float]:
     return status == 0, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def run(group: str, size: int, seed: int, equivalent: dict[tuple[str, str, str], str], only: str) -> bool:
+def files(folder: str, patterns: str) -> list[Path]:
+    """Return the files of the checkout that patterns, separated by blanks, stand for."""
+    return [path.relative_to(ROOT) for pattern in patterns.split() for path in sorted((ROOT / folder).glob(pattern))]
+
+
+def run(group: str, size: int, seed: int, equivalent: set[tuple[str, str, str]], only: str) -> bool:
     """Test a sample of the mutants of a group; say whether enough are killed."""
-    modules, names = GROUPS[group]
-    paths = sorted({path.relative_to(ROOT) for pattern in modules for path in (ROOT / "npss").glob(pattern)})
-    tests = [str(path.relative_to(ROOT)) for name in names for path in sorted((ROOT / "tests").glob(f"test_{name}.py"))]
-    tests = list(dict.fromkeys(tests))
-    passed, seconds = passes(tests, 3600)
-    if not passed:
-        raise SystemExit(f"{Path(LOG).read_text()}\n{group}: the tests fail without any mutant")
+    tests, paths = {}, []
+    for modules, names in GROUPS[group].items():
+        paths += files("npss", modules)
+        covering = [str(path) for name in names.split() for path in files("tests", f"test_{name}.py")]
+        tests |= {path: list(dict.fromkeys(covering)) for path in files("npss", modules)}
     mutants = [one for one in sample(paths, size, seed) if only in str(one)]
-    print(f"{group}: {len(mutants)} mutants; {len(tests)} test files take {seconds:.0f} s", flush=True)
-    survivors, killed, listed = [], 0, 0
-    for number, mutant in enumerate(mutants, 1):
-        original = Path(mutant.path).read_text()
-        name = mutant.path.stem.strip("_")
-        Path(mutant.path).write_text(mutant.code)
-        try:
-            passed, _ = passes(sorted(tests, key=lambda test: name not in test), 3 * seconds + 20)
-        finally:
-            Path(mutant.path).write_text(original)
-        is_listed = mutant.key in equivalent
-        listed += is_listed
+    rest = [one for one in mutants if one.key not in equivalent]
+    print(f"{group}: {len(mutants)} mutants, {len(mutants) - len(rest)} of them listed as equivalent", flush=True)
+    n_killed = 0
+    for path, chosen in itertools.groupby(sorted(rest, key=lambda one: paths.index(one.path)), lambda one: one.path):
+        SECONDS.unlink(missing_ok=True)
+        passed, seconds = passes(tests[path], 3600)
         if not passed:
-            killed += not is_listed
-            if is_listed:
-                print(f"killed, though listed as equivalent: {mutant.function}: {mutant.before} -> {mutant.after}")
-        elif not is_listed:
-            survivors.append(mutant)
-            lines = (
-                f'function = "{mutant.function}"',
-                f"before = '''{mutant.before}'''",
-                f"after = '''{mutant.after}'''",
-            )
-            print(f"# {number} of {len(mutants)} survives: {mutant.path}\n[[mutant]]", *lines, sep="\n", flush=True)
-    rest = len(mutants) - listed
-    print(
-        f"{group}: {killed} of {rest} killed ({killed / max(rest, 1):.1%}), {listed} listed as equivalent", flush=True
-    )
-    return killed >= SHARE_KILLED * rest and listed <= SHARE_LISTED * len(mutants)
+            raise SystemExit(f"{Path(LOG).read_text()}\nthe tests of {path} fail without any mutant")
+        print(f"{path}: {' '.join(tests[path])} take {seconds:.0f} s", flush=True)
+        for mutant in chosen:
+            path.write_text(mutant.code)
+            passed, _ = passes(tests[path], 3 * seconds + 20)
+            path.write_text((ROOT / path).read_text())
+            n_killed += not passed
+            if passed:
+                lines = (mutant.function, mutant.before, mutant.after)
+                fields = [f"{name} = '''{line}'''" for name, line in zip(FIELDS, lines, strict=True)]
+                print("[[mutant]]  # survives", *fields, sep="\n", flush=True)
+    share = n_killed / max(1, len(rest))
+    print(f"{group}: {n_killed} of {len(rest)} killed, {share:.1%}", flush=True)
+    return share >= SHARE_KILLED and len(mutants) - len(rest) <= SHARE_LISTED * len(mutants)
 
 
 def main() -> int:
@@ -251,7 +272,7 @@ def main() -> int:
         parser.error(f"GROUP: expected {', '.join(GROUPS)}, got {', '.join(sorted(unknown))}")
     with (ROOT / ".ci" / "equivalent_mutants.toml").open("rb") as file:
         listed = tomllib.load(file).get("mutant", [])
-    equivalent = {(one["function"], one["before"], one["after"]): one["reason"] for one in listed}
+    equivalent = {(one["function"], one["before"], one["after"]) for one in listed if one["reason"]}
     os.environ["OMP_NUM_THREADS"] = "1"
     sys.dont_write_bytecode = True  # two mutants of one size, made within a second, would look the same
     with tempfile.TemporaryDirectory() as folder:
