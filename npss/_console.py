@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import io
+import os
 import sys
 
 _NAME = "npss-ascii"  # of the error handler
@@ -14,6 +15,14 @@ def allow_any_text() -> None:
     """Let standard output replace what it cannot encode, unless it has been told what to do then."""
     if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors in ("strict", "surrogateescape"):
         sys.stdout.reconfigure(errors=_NAME)
+
+
+def discard_output() -> None:
+    """Give up what standard output could not write, lest Python tries again, and complains again, at its end."""
+    try:
+        print(end="", flush=True)
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _in_ascii(error: UnicodeError) -> tuple[str, int]:

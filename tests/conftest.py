@@ -19,7 +19,7 @@ settings.register_profile("explore", parent=settings.get_profile("npss"), derand
 settings.load_profile(os.environ.get("NPSS_HYPOTHESIS", "npss"))
 
 #: What only the reference models and their pages need. Without torch, the core's tests run by themselves.
-BEYOND_THE_CORE = ("torch", "torchmetrics", "lightning", "jsonargparse", "safetensors", "pybvh", "selenium")
+BEYOND_THE_CORE = ("torch", "torchmetrics", "lightning", "jsonargparse", "safetensors", "selenium")
 
 
 class Module(pytest.Module):

@@ -204,7 +204,7 @@ def broken(tmp_path, poses):
     np.savez(tmp_path / "a_nan.npz", a=np.full_like(good, np.nan), b=good)
     h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "empty.h5", "w") as file:
-        file["expmap/gt/walking_0"] = h5py.Empty("f")
+        file["expmap/gt/walking_0"] = file["expmap/preds/walking_0"] = h5py.Empty("f")
     for suffix in (".npy", ".npz", ".h5"):
         (tmp_path / f"text{suffix}").write_text("not what its name says\n", encoding="utf-8")
         (tmp_path / f"nothing{suffix}").write_text("", encoding="utf-8")

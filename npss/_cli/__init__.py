@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import os
 import signal
 import sys
@@ -11,11 +12,13 @@ from collections.abc import Sequence
 import npss
 from npss._cli import demo, explain, leaderboard, report, score, study
 from npss._cli._parser import Parser
-from npss._console import allow_any_text
+from npss._console import allow_any_text, discard_output
 
+_FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 #: The extra of ``npss`` that brings a package.
-_EXTRAS = {"h5py": "h5", "matplotlib": "plot", "pandas": "pandas", "pybvh": "manifold", "scipy": "study"}
-_EXTRAS |= dict.fromkeys(("filelock", "jsonargparse", "lightning", "safetensors", "torch"), "baselines")
+_EXTRAS = {"h5py": "h5", "matplotlib": "plot", "pandas": "pandas", "scipy": "study"} | dict.fromkeys(
+    ("docstring_parser", "filelock", "jsonargparse", "lightning", "safetensors", "torch"), "baselines"
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -39,7 +42,7 @@ def run(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> int
     options = parser.parse_args(arguments)
     try:
         options.run(options)
-        sys.stdout.flush()
+        print(end="", flush=True)
     except BrokenPipeError:  # the reader has seen enough, e.g. `npss score ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt:
@@ -48,6 +51,7 @@ def run(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> int
     except (ImportError, OSError, TypeError, ValueError) as error:
         message = told(error, getattr(options, "extra", None))
         print(f"{parser.prog}: error: {' '.join(message.split())}", file=sys.stderr)
+        discard_output()
         return 2
     return 0
 
@@ -62,6 +66,8 @@ def told(error: Exception, extra: str | None = None) -> str:
     extra : str, optional
         The extra of ``npss`` that a command needs as a whole.
     """
+    if isinstance(error, OSError) and error.errno in _FULL and error.args == (error.errno, os.strerror(error.errno)):
+        return f"cannot write to standard output: {error.strerror}"  # whatever else is written names its file
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename is not None else error.strerror
     if isinstance(error, ModuleNotFoundError) and error.name is not None:
