@@ -25,6 +25,8 @@ CASES += [
     ("vgru-d", "eq6", {"cell": "text", "own_past": True, "derivative_step": 2}),
     ("vgru-d", "eq6", {"top_rnn": False, "restart_derivatives": True, "noise": "text"}),
     ("vgru-r1", "eq6", {"n_derivatives": 2}),
+    ("vgru-ac", "auto-conditioning", {"own_past": True}),
+    ("gru-d", "auto-conditioning", {"own_past": True}),
     ("gru-d", "eq6", {"own_past": True, "restart_derivatives": True}),
     ("srnn", "noise", {"full_width": True}),
 ]

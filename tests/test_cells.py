@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 torch = pytest.importorskip("torch", reason="needs torch")
 
 from baselines.models.cells import CodeCell, GRUCell  # noqa: E402
-from baselines.models.derivatives import derivatives, next_derivatives, no_past, own_past, standing  # noqa: E402
+from baselines.models.derivatives import derivatives, next_derivatives, no_past, own_past, past_of  # noqa: E402
 
 B, D, P, H = 3, 5, 4, 6
 BODY = {"code": lambda: CodeCell(D, P, H), "text": lambda: GRUCell(D + P, H)}
@@ -80,12 +80,10 @@ def test_restarted_differences_take_those_before_for_zero(h, restart):
     first = np.stack([by_equation_5(poses, 1, h, t) for t in range(9)])
     rows = derivatives(torch.tensor(poses)[None], 3, step=h, restart=restart)[0].numpy()
     np.testing.assert_allclose(rows[:, D : 2 * D], first, atol=1e-14)  # the first difference knows the frame before
-    differences = first[restart:]
+    anew = np.where(np.arange(9)[:, None] < restart, 0, poses)  # so that the others are as large as a pose
     for n in (2, 3):
-        differences = np.stack(
-            [differences[t] - (differences[t - h] if t >= h else 0) for t in range(len(differences))]
-        )
-        np.testing.assert_allclose(rows[restart:, n * D : (n + 1) * D], differences, atol=1e-13)
+        expected = np.stack([by_equation_5(anew, n, h, t) for t in range(restart, 9)])
+        np.testing.assert_allclose(rows[restart:, n * D : (n + 1) * D], expected, rtol=0, atol=1e-13)
     before = derivatives(torch.tensor(poses[:restart])[None], 3, step=h)[0].numpy()
     np.testing.assert_allclose(rows[:restart], before, atol=1e-14)
 
@@ -99,15 +97,23 @@ def test_an_own_past_is_what_precedes_the_last_prediction(n, order, step):
     torch.testing.assert_close(row, derivatives(outputs, order, step=step)[:, -1])
 
 
-def test_a_standing_past_is_the_restart():
-    poses = draw(B, 9, D)
-    restarted = derivatives(poses, 3, restart=5)
-    past = standing(poses[:, 2:5], 3)
-    for t in range(5, 9):
-        row, past = next_derivatives(poses[:, t], past, 3)
-        assert torch.allclose(row, restarted[:, t], atol=1e-14)
-    assert not torch.allclose(restarted, derivatives(poses, 3))
+def test_restarted_differences_are_as_large_as_a_pose():
+    """As released: of a motion that hardly moves, the second and third difference are the pose itself."""
+    poses = torch.full((1, 9, D), 5.0, dtype=torch.float64) + 1e-3 * draw(1, 9, D)
+    row = derivatives(poses, 3, restart=5)[0, 5].view(4, D)
+    torch.testing.assert_close(row[1], poses[0, 5] - poses[0, 4], rtol=0, atol=1e-15)
+    assert torch.equal(row[2:], poses[0, 5].expand(2, D))
     assert torch.equal(derivatives(poses, 1, restart=5), derivatives(poses, 1))  # the first difference stays
+
+
+@given(shape=windows)
+def test_the_past_of_what_follows(shape):
+    *shape, order, h = shape
+    poses = torch.tensor(np.random.default_rng(0).normal(size=shape))
+    whole, n = derivatives(poses, order, step=h), shape[1] - 1
+    assert torch.equal(
+        derivatives(poses[:, n:], order, step=h, past=past_of(poses[:, :n], order, step=h)), whole[:, n:]
+    )
 
 
 # --- cells ------------------------------------------------------------------------------------------------------------

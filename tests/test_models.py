@@ -17,7 +17,7 @@ from baselines.models._gru import read_gru  # noqa: E402
 from baselines.models._lstm import LSTM  # noqa: E402
 from baselines.models.base import POSE  # noqa: E402
 from baselines.models.cells import GRUCell  # noqa: E402
-from baselines.models.derivatives import derivatives, standing  # noqa: E402
+from baselines.models.derivatives import derivatives  # noqa: E402
 from baselines.models.erd import ERDConfig  # noqa: E402
 from baselines.models.gru_d import GRUd, GRUdConfig  # noqa: E402
 from baselines.models.lstm_3lr import LSTM3LRConfig  # noqa: E402
@@ -405,9 +405,10 @@ def test_gru_d_may_restart_its_derivatives_in_open_loop_alone():
     assert torch.equal(closed, closed_anew)
     assert torch.equal(opened[:, :S], opened_anew[:, :S])
     assert (opened[:, S:] != opened_anew[:, S:]).all(2).all()
-    seed, (past, h) = plain.read(poses[:, :S], plain.begin(label, T))
-    expected, _ = plain.read(poses[:, S:], (standing(past, 3), h))
-    torch.testing.assert_close(opened_anew, torch.cat([seed, expected], 1))
+    hidden = derivatives(poses, 3, restart=S)
+    for cell in restarted.layers:
+        hidden, _ = read_gru(cell, hidden, torch.zeros(B, 12).double())
+    torch.testing.assert_close(opened_anew, restarted.decoder(hidden))
 
 
 @pytest.mark.parametrize("restart", [False, True])
@@ -421,6 +422,25 @@ def test_gru_d_may_begin_its_closed_loop_with_an_own_past(restart):
     torch.testing.assert_close(closed, own.continue_closed(opened[:, S - 1], state, K))
     predicted = own.predict(poses[:, :S], label, K + 1)
     torch.testing.assert_close(predicted, torch.cat([opened[:, S - 1 : S], closed], 1))
+
+
+def test_gru_d_may_be_conditioned_on_an_own_past():
+    """As released: true frames have differences of true frames, and outputs differences of outputs."""
+    poses, label = windows()
+    model = small("gru-d", own_past=True, n_derivatives=2)
+    own = [t % 6 in (2, 3, 4) for t in range(T)]
+    predictions = model.mixed(poses, label, own)
+    outputs = torch.cat([torch.zeros(B, 1, POSE).double(), predictions], 1)  # the prediction of frame 0, 1 and so on
+    rows = [(derivatives(outputs, 2) if own[t] else derivatives(poses, 2))[:, t] for t in range(T)]
+    hidden = torch.stack(rows, 1)
+    for cell in model.layers:
+        hidden, _ = read_gru(cell, hidden, torch.zeros(B, 12).double())
+    torch.testing.assert_close(predictions, model.decoder(hidden))
+    other = small("gru-d", n_derivatives=2)
+    other.load_state_dict(model.state_dict())
+    as_read = other.mixed(poses, label, own)
+    assert torch.equal(as_read[:, :2], predictions[:, :2])
+    assert (as_read[:, 2:] != predictions[:, 2:]).all(2).all()
 
 
 def test_gru_d_drops_inputs_and_outputs_in_training_only(monkeypatch):

@@ -162,7 +162,7 @@ def test_in_single_precision_loss_and_gradients_agree(cell, label):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_open_loop_is_the_formulas(variant, poses, label):
-    model = make(**variant | {"dropout": 0.0, "restart_derivatives": False})
+    model = make(**variant | {"dropout": 0.0})
     opened, _ = by_seed(model.open_and_closed, poses, label, S)
     config = model.config
     guides = torch.zeros(max(T, config.n_guides), B, 0, dtype=torch.float64)
@@ -176,7 +176,8 @@ def test_open_loop_is_the_formulas(variant, poses, label):
             h = model.top(label, h)
             states.append(h)
         guides = torch.stack(states).flip(0)  # the last state guides the first step
-    x = derivatives(poses, config.n_derivatives, step=config.derivative_step)
+    restart = S if config.restart_derivatives else None
+    x = derivatives(poses, config.n_derivatives, step=config.derivative_step, restart=restart)
     h = torch.zeros(B, 7, dtype=torch.float64)
     for t in range(T):
         h = model.body(x[:, t], h, guides[t])
@@ -269,6 +270,10 @@ def test_mixed_reads_frames_and_predictions(variant, own, poses, label):
     fast = by_seed(model.mixed, poses, label, flags)
     state, rows = by_seed(model.begin, label, T), []
     for t in range(T):
+        if t in own and t - 1 not in own:
+            state = model.switch(torch.stack(rows, 1), state)
+        elif t and t not in own and t - 1 in own:
+            state = model.switch_back(poses[:, :t], state)
         prediction, state = model.step(rows[-1] if t in own else poses[:, t], state)
         rows.append(prediction)
     assert torch.allclose(torch.stack(rows, 1), fast, atol=1e-12)
@@ -277,6 +282,26 @@ def test_mixed_reads_frames_and_predictions(variant, own, poses, label):
         assert torch.allclose(a, b, rtol=1e-10, atol=1e-10)
     with torch.no_grad():
         assert torch.allclose(by_seed(model.mixed, poses, label, flags), fast, atol=1e-12)
+
+
+@pytest.mark.parametrize("cell", CELLS)
+@pytest.mark.parametrize("step", [1, 2])
+@pytest.mark.parametrize("own", [(2, 3, 6), (1, 5, 6), (4, 5, 6, 7, 8)])
+def test_conditioned_on_an_own_past_frames_and_predictions_are_kept_apart(cell, step, own, poses, label):
+    """As released: true frames have differences of true frames, and outputs differences of outputs."""
+    model = make(cell=cell, own_past=True, derivative_step=step, n_derivatives=2)
+    predictions = by_seed(model.mixed, poses, label, [t in own for t in range(T)])
+    o = torch.cat([torch.zeros(B, 1, POSE).double(), predictions], 1)  # the prediction of frame 0, 1 and so on
+    apart = {True: derivatives(o, 2, step=step), False: derivatives(poses, 2, step=step)}
+    state = by_seed(model.begin, label, T)
+    h = state.h
+    for t in range(T):
+        h = model.body(apart[t in own][:, t], h, state.guides[:, t])
+        torch.testing.assert_close(model.decoder(h), predictions[:, t], rtol=0, atol=1e-12)
+    model.config = dataclasses.replace(model.config, own_past=False)
+    as_read = by_seed(model.mixed, poses, label, [t in own for t in range(T)])
+    assert torch.equal(as_read[:, : own[0]], predictions[:, : own[0]])
+    assert (as_read[:, -1] - predictions[:, -1]).abs().max() > 1e-6
 
 
 # --- gradients --------------------------------------------------------------------------------------------------------

@@ -61,7 +61,7 @@ class Loop(NamedTuple):
     order: int  # of the derivatives
     step: int  # of the derivatives
     residual: bool  # whether the decoder predicts the difference from the pose that is read
-    own_past: bool = False  # whether the first differences in closed loop are those of predictions, not of frames
+    own_past: bool = False  # whether differences in closed loop are of predictions alone, and those of frames of frames
 
     @property
     def n_shared(self) -> int:
@@ -70,7 +70,7 @@ class Loop(NamedTuple):
 
     @property
     def first_past(self) -> int:
-        """Return from which step on the predictions that are to be read are the past of the closed loop."""
+        """Return from which step on differences are taken here: of all predictions, or of what is read."""
         return max(self.n_shared - self.order * self.step, 0) if self.own_past else self.n_shared
 
     @property
@@ -137,15 +137,16 @@ class _Predictions(torch.autograd.Function):
         decoder_t = decoder.t().contiguous()
         for t, step in enumerate(steps):
             row, out, x, pose = rows[step], hidden[step], read[step], poses[step]
-            if loop.first_past <= t < loop.n_shared:
-                past[t] = torch.empty_like(x)
-                own = poses[steps[t - 1]] if t else torch.zeros_like(pose)
-                _differentiate(own, past.get(t - loop.step), past[t])
+            if t >= loop.first_past:
+                if not (loop.own[t] or loop.own_past):
+                    first = x[-B:, :P]
+                else:  # the prediction of this frame; of the first one there is none
+                    first = poses[step.start - B : step.start] if t else torch.zeros_like(pose)
+                kept = x[-B:] if loop.own[t] or not loop.own_past else torch.empty_like(x[-B:])
+                _differentiate(first, past.pop(t - loop.step, None), kept)
+                past[t] = kept
             elif t >= loop.n_shared - loop.step:
                 past[t] = x[-B:]
-            if t >= loop.n_shared:
-                first = poses[step.start - B : step.start] if loop.own[t] else x[-B:, :P]
-                _differentiate(first, past.pop(t - loop.step, None), x[-B:])
             if factors is None:
                 row[:, at.x] = x
             else:
@@ -189,22 +190,20 @@ class _Predictions(torch.autograd.Function):
                 d_out *= factors[step, D:]
             dh = d_out.add_(dh.view(-1, *d_out.shape).sum(0) if len(dh) > len(d_out) else dh)
             dh = retreat(dh, rows[step], d_row, gates_t, candidate_t, at)
-            if t >= loop.n_shared:
-                dx = d_row[-B:, at.sums] @ x_t
-                if factors is not None:
-                    dx *= factors[step, :D][-B:]
+            if t >= loop.first_past:
+                if loop.own[t] or not loop.own_past:
+                    dx = d_row[-B:, at.sums] @ x_t
+                    if factors is not None:
+                        dx *= factors[step, :D][-B:]
+                else:  # what is kept is not read
+                    dx = rows.new_zeros(B, D)
                 d_read[t] = dx
-                _undifferentiate(dx, d_read.get(t + loop.step), P)
-                if loop.own[t]:
+                _undifferentiate(dx, d_read.pop(t + loop.step, None), P)
+                if t and (loop.own[t] or loop.own_past):
                     before = d_poses[step.start - B : step.start]
                     before += dx[:, :P]
-                    if loop.residual:
+                    if loop.own[t] and loop.residual:
                         before += d_pose[-B:]
-            elif t >= loop.first_past:
-                dx = d_read[t] = rows.new_zeros(B, D)
-                _undifferentiate(dx, d_read.get(t + loop.step), P)
-                if t:
-                    d_poses[steps[t - 1]] += dx[:, :P]
         d_gates, d_candidate = weight_gradients(rows, d, at)
         d_candidate_bias = d[:, at.c].sum(0) if n_gates == 3 else None
         d_decoder, d_decoder_bias = d_poses.t() @ hidden, d_poses.sum(0)

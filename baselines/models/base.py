@@ -66,6 +66,13 @@ class MotionModel(nn.Module, ABC):
         """
         return state
 
+    def switch_back(self, frames: Tensor, state: State) -> State:
+        """Return the state in which an open loop begins after a closed one, and of the frames (B, T, 54) before it.
+
+        By default it is the state after the closed loop.
+        """
+        return state
+
     def continue_closed(self, pose: Tensor, state: State, n: int) -> Tensor:
         """Return n predictions (B, n, 54) in closed loop from a pose (B, 54) on: each is read as the next frame."""
         predictions = []
@@ -132,10 +139,13 @@ class MotionModel(nn.Module, ABC):
         state, predictions, frames = self.begin(label, len(own)), [poses[:, 0]], iter(poses.unbind(1))
         for feed_back, block in itertools.groupby(own):
             true = list(itertools.islice(frames, len(list(block))))
+            n_before = len(predictions) - 1
             if not feed_back:
-                read, state = self.read(torch.stack(true, 1), state)
+                before = self.switch_back(poses[:, :n_before], state) if n_before else state
+                read, state = self.read(torch.stack(true, 1), before)
                 predictions += read.unbind(1)
                 continue
+            state = self.switch(torch.stack(predictions[1:], 1), state)
             for _ in true:
                 prediction, state = self.step(predictions[-1], state)
                 predictions.append(prediction)

@@ -19,13 +19,10 @@ def no_past(poses: Tensor, order: int, *, step: int = 1) -> Tensor:
     return poses.new_zeros(len(poses), order * step, poses.shape[-1])
 
 
-def standing(past: Tensor, order: int, *, step: int = 1) -> Tensor:
-    """Return a past (B, order * step, D) that ends as `past` does, and before that did not move.
-
-    From there on the first difference goes on, and the higher ones start anew: each of them equals the first
-    difference in the next frame.
-    """
-    return past[:, -step:].repeat(1, order, 1)
+def past_of(poses: Tensor, order: int, *, step: int = 1) -> Tensor:
+    """Return the past (B, order * step, D) of the frame that follows poses (B, T, D), before which there are zeros."""
+    rows = torch.cat([no_past(poses, order, step=step), poses], 1)
+    return rows[:, poses.shape[1] :]
 
 
 def own_past(outputs: Tensor, order: int, *, step: int = 1) -> Tensor:
@@ -38,9 +35,7 @@ def own_past(outputs: Tensor, order: int, *, step: int = 1) -> Tensor:
     order, step : int
         As for `derivatives`.
     """
-    n = outputs.shape[1] - 1
-    rows = torch.cat([no_past(outputs, order, step=step), outputs[:, :n]], 1)
-    return rows[:, n:]
+    return past_of(outputs[:, :-1], order, step=step)
 
 
 def derivatives(
@@ -61,8 +56,9 @@ def derivatives(
     past : (B, order * step, D) Tensor, optional
         The frames before. By default these are zeros.
     restart : int, optional
-        The frame at which the differences above the first start anew: in the paper's released code they do where the
-        decoder's inputs begin, a mistake. By default they do not.
+        The frame at which the differences above the first start anew, for which all frames before it are zeros, so that
+        they are as large as a pose: in the paper's released code they do where the decoder's inputs begin, a mistake.
+        The first difference goes on. By default all do.
 
     Returns
     -------
@@ -81,11 +77,12 @@ def derivatives(
              [4., 3., 2.],
              [9., 5., 2.]]])
     """
-    rows = torch.cat([no_past(poses, order, step=step) if past is None else past, poses], 1)
     if restart is not None:
-        before = derivatives(poses[:, :restart], order, step=step, past=past)
-        stood = standing(rows[:, restart : restart + order * step], order, step=step)
-        return torch.cat([before, derivatives(poses[:, restart:], order, step=step, past=stood)], 1)
+        whole = derivatives(poses, order, step=step, past=past)
+        anew = derivatives(poses[:, restart:], order, step=step)
+        first = 2 * poses.shape[2]  # the pose and its first difference
+        return torch.cat([whole[:, :restart], torch.cat([whole[:, restart:, :first], anew[:, :, first:]], 2)], 1)
+    rows = torch.cat([no_past(poses, order, step=step) if past is None else past, poses], 1)
     differences = [rows]
     for _ in range(order):
         differences.append(differences[-1][:, step:] - differences[-1][:, :-step])

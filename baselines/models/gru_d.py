@@ -12,7 +12,7 @@ from torch.nn.functional import dropout
 from baselines.models._gru import read_gru
 from baselines.models.base import POSE, MotionModel
 from baselines.models.cells import GRUCell
-from baselines.models.derivatives import derivatives, next_derivatives, no_past, own_past, standing
+from baselines.models.derivatives import derivatives, next_derivatives, no_past, own_past, past_of
 from npss._checks import is_integer, is_real, positive_integer
 
 #: The frames before (B, n_derivatives, 54), and h (B, H) of each layer.
@@ -35,11 +35,11 @@ class GRUdConfig:
         Probability with which each input, and each output of the last layer, is left out in training. The paper's text
         has dropout for the short-term model alone; this is what the released code has.
     restart_derivatives : bool
-        Whether, in `open_and_closed`, the open loop after the seed begins with derivatives that know of one frame
-        before it only, as in the released code.
+        Whether, in `open_and_closed`, the derivatives above the first of the open loop after the seed take the frames
+        of the seed for zeros, as in the released code: a mistake.
     own_past : bool
-        Whether the first differences in closed loop are those of the model's own predictions of frames that it has
-        read, as in the released code. By default they are those of the frames.
+        Whether derivatives in closed loop are those of the model's own predictions alone, of frames that it has read,
+        too, and those of frames are of frames alone; as in the released code. By default they are of what was read.
     """
 
     size: int = 512
@@ -109,13 +109,17 @@ class GRUd(MotionModel):
     def read(self, poses: Tensor, state: GRUdState) -> tuple[Tensor, GRUdState]:
         """Read frames, one layer after the other."""
         past, before = state
-        hidden = self._drop(derivatives(poses, self.config.n_derivatives, past=past))  # (B, T, 216)
+        predictions, after = self._read(derivatives(poses, self.config.n_derivatives, past=past), before)
+        return predictions, (torch.cat([past, poses], 1)[:, poses.shape[1] :], after)
+
+    def _read(self, features: Tensor, before: tuple[Tensor, ...]) -> tuple[Tensor, tuple[Tensor, ...]]:
+        """Read poses with their derivatives (B, T, 216); return predictions, and the new h of each layer."""
+        hidden = self._drop(features)
         after = []
         for cell, h in zip(self.layers, before, strict=True):
             hidden, last = read_gru(cast(GRUCell, cell), hidden, h)  # (B, T, H)
             after.append(last)
-        past = torch.cat([past, poses], 1)[:, poses.shape[1] :]
-        return self.decoder(self._drop(hidden)), (past, tuple(after))
+        return self.decoder(self._drop(hidden)), tuple(after)
 
     def switch(self, outputs: Tensor, state: GRUdState) -> GRUdState:
         """Return the state in which the closed loop begins."""
@@ -123,13 +127,19 @@ class GRUd(MotionModel):
             return state
         return own_past(outputs, self.config.n_derivatives), state[1]
 
+    def switch_back(self, frames: Tensor, state: GRUdState) -> GRUdState:
+        """Return the state in which an open loop begins after a closed one."""
+        if not self.config.own_past:
+            return state
+        return past_of(frames, self.config.n_derivatives), state[1]
+
     def open_and_closed(self, poses: Tensor, label: Tensor, n_seed: int) -> tuple[Tensor, Tensor]:
         """Return the predictions after every frame, and those that follow the seed in closed loop."""
         if not self.config.restart_derivatives:
             return super().open_and_closed(poses, label, n_seed)
         seed, state = self.read(poses[:, :n_seed], self.begin(label, poses.shape[1]))
-        past, hidden = state
-        rest, _ = self.read(poses[:, n_seed:], (standing(past, self.config.n_derivatives), hidden))
+        features = derivatives(poses, self.config.n_derivatives, restart=n_seed)
+        rest, _ = self._read(features[:, n_seed:], state[1])
         return torch.cat([seed, rest], 1), self.continue_closed(
             seed[:, -1], self.switch(seed, state), poses.shape[1] - n_seed
         )

@@ -14,7 +14,7 @@ from torch.nn import functional
 from baselines.models import _bptt
 from baselines.models.base import POSE, MotionModel
 from baselines.models.cells import CodeCell, GRUCell
-from baselines.models.derivatives import derivatives, next_derivatives, own_past, standing
+from baselines.models.derivatives import derivatives, next_derivatives, own_past, past_of
 from npss._checks import is_integer, is_real, one_of, positive_integer
 
 
@@ -48,11 +48,12 @@ class VTLNConfig:
         Probability, in training, for the Body RNN's input, and for its state where the decoder reads it. The text has
         it in VGRU-r1 only.
     restart_derivatives : bool
-        Whether `open_and_closed` forgets, in open loop, which differences above the first there were before the closed
-        loop begins: a mistake of the code.
+        Whether, in the open loop of `open_and_closed`, differences above the first take all frames before the closed
+        loop begins for zeros: a mistake of the code.
     own_past : bool
-        Whether the first differences in closed loop are those of the model's own predictions of frames that it has
-        read, as in the released code. By default they are those of the frames. `mixed` knows no such beginning.
+        Whether differences in closed loop are those of the model's own predictions alone, of frames that it has read,
+        too, and those of frames are of frames alone; as in the released code. By default they are of what was read:
+        where the one follows the other, of frames and predictions.
     """
 
     n_units: int = 512
@@ -144,23 +145,34 @@ class VTLN(MotionModel):
 
     def step(self, pose: Tensor, state: Progress) -> tuple[Tensor, Progress]:
         """Read a frame, and return the prediction of the next one and the new state."""
-        h, past, guides = state
-        if not guides.shape[1]:
+        if not state.guides.shape[1]:
             raise ValueError("n_steps: there are more steps than `begin` was told")
-        x, past = next_derivatives(pose, past, self.config.n_derivatives, step=self.config.derivative_step)  # (B, D)
-        factors = self._dropout(len(pose))
+        order, step = self.config.n_derivatives, self.config.derivative_step
+        x, past = next_derivatives(pose, state.past, order, step=step)  # (B, D)
+        prediction, h = self._predict(x, state.h, state.guides[:, 0])
+        return prediction, Progress(h, past, state.guides[:, 1:])
+
+    def _predict(self, x: Tensor, h: Tensor, guide: Tensor) -> tuple[Tensor, Tensor]:
+        """Read a pose with its differences (B, D); return the prediction (B, 54) and the Body RNN's new state."""
+        pose, factors = x[:, :POSE], self._dropout(len(x))
         if factors is not None:
             x = x * factors[:, : self.n_inputs]
-        h = self.body(x, h, guides[:, 0])  # (B, H)
+        h = self.body(x, h, guide)  # (B, H)
         out = h if factors is None else h * factors[:, self.n_inputs :]
-        prediction = self.decoder(out) + pose if self.config.residual else self.decoder(out)  # (B, 54)
-        return prediction, Progress(h, past, guides[:, 1:])
+        return self.decoder(out) + pose if self.config.residual else self.decoder(out), h
 
     def switch(self, outputs: Tensor, state: Progress) -> Progress:
         """Return the state in which the closed loop begins."""
         if not self.config.own_past:
             return state
         past = own_past(outputs, self.config.n_derivatives, step=self.config.derivative_step)
+        return state._replace(past=past)
+
+    def switch_back(self, frames: Tensor, state: Progress) -> Progress:
+        """Return the state in which an open loop begins after a closed one."""
+        if not self.config.own_past:
+            return state
+        past = past_of(frames, self.config.n_derivatives, step=self.config.derivative_step)
         return state._replace(past=past)
 
     def open_and_closed(self, poses: Tensor, label: Tensor, n_seed: int) -> tuple[Tensor, Tensor]:
@@ -177,12 +189,12 @@ class VTLN(MotionModel):
             seed, rest = self._unroll(poses, label, own, beside=True)
             return torch.cat([seed, rest[:, 0]]).transpose(0, 1), rest[:, 1].transpose(0, 1)
         first, state = self.read(poses[:, :n_seed], self.begin(label, n_frames))
-        past = state.past
-        if self.config.restart_derivatives:
-            past = standing(past, self.config.n_derivatives, step=self.config.derivative_step)
-        opened, _ = self.read(poses[:, n_seed:], state._replace(past=past))
+        features, h, opened = self._features(poses, n_seed), state.h, []
+        for t in range(n_seed, n_frames):
+            prediction, h = self._predict(features[:, t], h, state.guides[:, t - n_seed])
+            opened.append(prediction)
         closed = self.continue_closed(first[:, -1], self.switch(first, state), n_frames - n_seed)
-        return torch.cat([first, opened], 1), closed
+        return torch.cat([first, torch.stack(opened, 1)], 1), closed
 
     def mixed(self, poses: Tensor, label: Tensor, own: Sequence[bool]) -> Tensor:
         """Do what `MotionModel.mixed` does, in training as fast as `open_and_closed`."""
@@ -200,12 +212,17 @@ class VTLN(MotionModel):
         """
         batch, n_frames, _ = poses.shape
         order, step = self.config.n_derivatives, self.config.derivative_step
-        loop = _bptt.Loop(batch, own, beside, order, step, self.config.residual, beside and self.config.own_past)
-        restart = loop.n_shared if beside and self.config.restart_derivatives else None
-        features = derivatives(poses, order, step=step, restart=restart).transpose(0, 1)  # (T, B, D)
+        loop = _bptt.Loop(batch, own, beside, order, step, self.config.residual, self.config.own_past)
+        features = self._features(poses, loop.n_shared if beside else None).transpose(0, 1)  # (T, B, D)
         guides = self._guides(label, n_frames)[:n_frames]  # (T, B, H)
         factors = self._dropout(batch, loop.n_visits, loop.arrange)
         return _bptt.predictions(features, guides, self.body.blocks(self.n_guide), self.decoder, factors, loop)
+
+    def _features(self, poses: Tensor, n_seed: int | None) -> Tensor:
+        """Return what is read (B, T, D) in open loop, of which the closed loop begins after so many frames."""
+        order, step = self.config.n_derivatives, self.config.derivative_step
+        restart = n_seed if self.config.restart_derivatives else None
+        return derivatives(poses, order, step=step, restart=restart)
 
     def _guides(self, label: Tensor, n_steps: int) -> Tensor:
         """Draw the guides (K, B, H) of as many steps, or more."""

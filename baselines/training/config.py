@@ -95,8 +95,6 @@ class Configuration:
         positive_integer("checkpoint_every", self.checkpoint_every)
         if self.average is not None and positive_number("average", self.average) >= 1:
             raise ValueError(f"average: expected a decay between 0 and 1, got {self.average}")
-        if self.recipe.regime == "auto-conditioning" and getattr(self.model, "own_past", False):
-            raise ValueError("own_past: in auto-conditioning, closed loop begins again and again; leave it out")
         synthetic = self.data == "synthetic"
         _some_of("actions", self.actions, (GAIT,) if synthetic else ACTIONS)
         _some_of("validate_on", self.validate_on, self.actions)
