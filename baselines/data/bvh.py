@@ -255,11 +255,10 @@ def _frames_per_second(number: int, seconds: str) -> float:
 
 def _number(number: int, word: str) -> float:
     """Read a number that makes sense."""
-    try:
-        value = float(word)
-    except ValueError:
-        raise ValueError(f"line {number}: {word[:60]!r} is not a number") from None
-    if not abs(value) <= MAX_VALUE:  # NaN included
+    if not re.fullmatch(_NUMBER, word, _FLAGS):
+        raise ValueError(f"line {number}: {word[:60]!r} is not a number")
+    value = float(word)
+    if abs(value) > MAX_VALUE:
         raise ValueError(f"line {number}: {word[:60]!r} is not within +-{MAX_VALUE:g}")
     return value
 
