@@ -104,6 +104,22 @@ class TestScores:
             study.model_scores(records, ["one", "two"], action="walking", metric="paper")
         assert study.model_scores(records, ["two"], action="walking", metric="paper") == {"two": 1.0}
 
+    def test_a_signature_that_is_not_stated_is_another_one(self):
+        records = [record("one", npss={"paper": 1.0}), {"model": "two", "action": "walking", "npss": {"paper": 1.0}}]
+        with pytest.raises(ValueError, match="different signatures.*: one: s; two: not stated$"):
+            study.model_scores(records, ["one", "two"], action="walking", metric="paper")
+        assert study.model_scores(records, ["two"], action="walking", metric="paper") == {"two": 1.0}
+
+    def test_records_of_other_actions_are_not_looked_at(self):
+        records = [record("one", npss={"paper": 1.0}), record("one", "eating", npss={"paper": "broken"})]
+        assert study.model_scores(records, ["one"], action="walking", metric="paper") == {"one": 1.0}
+
+    @pytest.mark.parametrize("huge", [10**400, 1e308, math.inf, math.nan])
+    def test_they_must_be_finite(self, huge):
+        errors = dict.fromkeys(map(str, (80, 160, 320, 400, 560, 1000)), huge)
+        with pytest.raises(ValueError, match="records: expected finite numbers as euler_error of 'one', got"):
+            study.model_scores([record("one", euler_error=errors)], ["one"], action="walking", metric="euler_error")
+
     def test_they_must_be_numbers(self):
         with pytest.raises(TypeError, match=r"records: expected numbers as paper of 'one', got '1\.0'"):
             study.model_scores([record("one", npss={"paper": "1.0"})], ["one"], action="walking", metric="paper")

@@ -64,6 +64,17 @@ class TestFiles:
         expected = [study.Vote("walking", FIRST, "p1", "A"), study.Vote("walking", SECOND, "p1", "tie")]
         assert study.read_votes(path) == expected
 
+    def test_the_first_line_that_is_not_blank_shows_the_separator(self, path):
+        write(path, "", "  ", HEADER.replace(",", ";"), "walking;1;4;GRU-d;VGRU-d;p1;A")
+        assert study.read_votes(path) == [study.Vote("walking", FIRST, "p1", "A")]
+
+    def test_large_numbers(self, path):
+        write(path, HEADER, "walking,999999999,0,GRU-d,VGRU-d,p1,A")
+        assert study.read_votes(path)[0].question.number == 999999999
+        write(path, HEADER, "walking,1,1000000000,GRU-d,VGRU-d,p1,A")
+        with pytest.raises(ValueError, match=r"votes\.csv: line 2: sequence: expected a whole number"):
+            study.read_votes(path)
+
     def test_a_separator_in_names(self, path):
         write(path, HEADER, 'walking,1,4,"a;b, c",VGRU-d,p;1,A')
         assert study.read_votes(path) == [study.Vote("walking", study.Question(1, 4, "a;b, c", "VGRU-d"), "p;1", "A")]
