@@ -305,12 +305,12 @@ def test_as_a_module_in_this_process(monkeypatch, capsys):
 
 def test_as_a_module_and_in_a_pipe_that_closes(files):
     command = [sys.executable, "-m", "npss", "score", *map(str, files)]
-    whole = subprocess.run(command, capture_output=True, text=True, check=True)
+    whole = subprocess.run(command, capture_output=True, encoding="utf-8", check=True)
     assert "convention:paper" in whole.stdout
     closed = subprocess.run(
         ["bash", "-c", '"$@" | true; echo "${PIPESTATUS[0]}"', "-", *command],
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         check=True,
     )
     assert closed.stderr == ""

@@ -14,7 +14,9 @@ PAGE = Path(__file__).parents[1] / "docs" / "comparing.md"
 def test_the_program_says_what_the_page_promises(tmp_path):
     pytest.importorskip("pandas")
     (program,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S)
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path, timeout=120)
+    done = subprocess.run(
+        [sys.executable, "-X", "utf8", "-c", program], capture_output=True, encoding="utf-8", cwd=tmp_path, timeout=120
+    )
     assert done.returncode == 0, done.stderr
     for said in ("of the score", "p = 0.00781", "8 constant predictions", "NPSS paper", "npss|version:1|"):
         assert said in done.stdout

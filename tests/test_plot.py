@@ -593,7 +593,7 @@ def test_the_program_of_the_page(tmp_path):
     (program,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S)
     (tmp_path / "program.py").write_text(program, encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, "-W", "error", "program.py"], capture_output=True, text=True, cwd=tmp_path, timeout=240
+        [sys.executable, "-W", "error", "program.py"], capture_output=True, encoding="utf-8", cwd=tmp_path, timeout=240
     )
     assert done.returncode == 0, done.stderr
     assert {file.stem for file in tmp_path.glob("*.svg")} == set(PICTURES)

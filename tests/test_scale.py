@@ -37,7 +37,7 @@ def test_gives_the_bits_of_one_pass(name, tmp_path):
     done = subprocess.run(
         [sys.executable, str(program)],
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         cwd=tmp_path,
         timeout=240,
         env={**os.environ, "OMP_NUM_THREADS": "1"},

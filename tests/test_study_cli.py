@@ -110,7 +110,7 @@ class TestVotesAlone:
 
     def test_without_kappa(self, call, small, tmp_path):
         fewer = tmp_path / "fewer.csv"
-        fewer.write_text("\n".join(small.read_text(encoding="utf-8").splitlines()[:-1]) + "\n")
+        fewer.write_text("\n".join(small.read_text(encoding="utf-8").splitlines()[:-1]) + "\n", encoding="utf-8")
         _, out, _ = call(fewer)
         assert (
             "fleiss_kappa of gait is not defined: question 1 of gait was answered by 3 participants, "
@@ -277,7 +277,7 @@ class TestErrors:
         assert "No such file" in call(small, "--scores", tmp_path / "none.json")[2]
 
     def test_of_votes(self, call, small):
-        small.write_text(small.read_text(encoding="utf-8") + "gait,1,0,one,two,p1,A\n")
+        small.write_text(small.read_text(encoding="utf-8") + "gait,1,0,one,two,p1,A\n", encoding="utf-8")
         status, _, err = call(small)
         assert status == 2
         assert "small.csv: line 14: participant 'p1' answers question 1 of gait again" in err
@@ -428,6 +428,8 @@ def test_the_page_has_three_programs_and_all_show_what_they_print():
 
 @pytest.mark.parametrize(("program", "printed"), programs())
 def test_programs_print_what_the_page_shows(program, printed, tmp_path):
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path, timeout=120)
+    done = subprocess.run(
+        [sys.executable, "-X", "utf8", "-c", program], capture_output=True, encoding="utf-8", cwd=tmp_path, timeout=120
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout == printed

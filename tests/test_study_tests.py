@@ -364,5 +364,5 @@ def test_importing_it_imports_numpy_alone():
         "tops = {name.partition('.')[0] for name in set(sys.modules) - before}; "
         "print(*sorted(tops - set(sys.stdlib_module_names) - {'npss', 'numpy'}))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True)
     assert done.stdout.strip() == ""
