@@ -194,7 +194,7 @@ def agrees(motion, said):
         and np.array_equal(motion.translations, translations)
         and np.array_equal(motion.root, translations[:, 0])
         and np.allclose(motion.rotations, rotations, rtol=0, atol=1e-9)
-        and np.isclose(motion.fps, fps, rtol=1e-4)
+        and np.isclose(motion.fps, fps, rtol=1e-4, atol=0)
     )
 
 

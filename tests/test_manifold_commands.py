@@ -157,6 +157,10 @@ class TestCommands:
         assert [r["clip"] for r in printed] == expected
         assert picture.stat().st_size > 5000
 
+    def test_one_action_leaves_nothing_to_tell_apart(self, run, capsys):
+        assert main(["manifold", "nearest", str(run), "--quick"]) == 2
+        assert "no two actions among these clips, so there is nothing to tell apart" in capsys.readouterr().err
+
     def test_several_runs_in_a_table(self, run, tmp_path, capsys):
         other = tmp_path / "other"
         shutil.copytree(run, other)

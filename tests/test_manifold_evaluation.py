@@ -10,7 +10,7 @@ import torch
 import npss
 from baselines.data.gait import gait
 from baselines.data.motion import JOINTS
-from baselines.manifold import evaluation, measures, rivals, table
+from baselines.manifold import evaluation, measures, pca, rivals, table
 from baselines.manifold.autoencoder import Autoencoder, AutoencoderConfig
 from baselines.manifold.bench import TAKEN, Bench, fingerprint
 from baselines.manifold.clip_distances import clip_distances
@@ -19,7 +19,7 @@ from baselines.manifold.features import local_positions
 from baselines.manifold.normalization import normalization
 from baselines.manifold.prepared import MotionSet, motion_set
 from baselines.manifold.projector import Manifold
-from baselines.manifold.restore import USES
+from baselines.manifold.restore import USES, Windows, corrupted, rescaled
 
 RESTORED = ["input", "linear", "pca", "pca-best", "manifold", "pca-best, known kept", "manifold, known kept"]
 
@@ -75,7 +75,23 @@ class TestBench:
         """Once more, by trying all sizes on the subjects that were put aside."""
         best = rivals.best_sizes(bench.training, bench.normalization, ["project", "repair"])
         assert set(best) == {"project", "repair", "repair, rescaled"}
-        assert best["project"] > best["repair"] or best["project"] == rivals.ALL
+        subjects = sorted({clip.subject for clip in bench.training.clips})
+        aside = [subjects[i] for i in range(1, len(subjects), 3)]
+        fitted = pca.fit(
+            bench.training.only(exclude_subjects=aside).windows, bench.normalization, n_components=160 * 60
+        )
+        left_out = bench.training.only(subjects=aside)
+        gt = local_positions(left_out.windows)
+        sizes = [2**i for i in range(20) if 2**i < len(fitted.components)] + [rivals.ALL]
+        assert len(sizes) > 4
+        for use, size in best.items():
+            lost = corrupted(use.partition(",")[0], Windows(left_out.windows, left_out.mask), bench.normalization.mean)
+            seen = rescaled(lost, bench.normalization.mean) if use.endswith("rescaled") else lost.features
+            errors = {}
+            for tried in sizes:
+                pred = local_positions(rivals.truncated(fitted, tried).project(seen))
+                errors[tried] = np.linalg.norm(pred - gt, axis=-1)[left_out.mask].mean()
+            assert errors.pop(size) < min(errors.values())
 
     def test_a_single_subject_leaves_nothing_to_choose_by(self, bench):
         one = bench.training.only(subjects=[bench.training.clips[0].subject])
@@ -251,6 +267,13 @@ class TestNearness:
         assert (stated["clips"], stated["actions"], stated["unlabelled"], stated["queries"]) == (7, 2, 1, 7)
         assert "8 clips" not in table.text(records)
         assert "nearest: 7 clips of cmu, 2 actions; 7 queries, to be found: any" in table.text(records)
+
+    def test_sources_whose_actions_nobody_knows_are_refused(self, motions, bench):
+        clips = tuple(replace(c, source="mine" if i == 3 else "cmu") for i, c in enumerate(motions.clips))
+        other = MotionSet(clips, motions.features, motions.windows, motions.mask, motions.clip_of)
+        message = "motions: it is not known what actions are called in 'mine', only in cmu, cmu-styles, h36m, synthetic"
+        with pytest.raises(ValueError, match=message):
+            list(evaluation.nearness(Bench(other, bench.manifolds)))
 
     def test_one_action_alone_cannot_be_told_apart(self, records):
         assert not [r for r in records if r["use"] in ("distance", "nearest")]

@@ -65,11 +65,11 @@ def test_preparation_step_by_step(fps):
     (rows,) = prepare([clip]).features
     expected = to_features(on_ground(normalise_lengths(resample(clip.positions, fps), JOINTS)), JOINTS)
     assert rows.dtype == np.float32
-    np.testing.assert_allclose(rows, expected, atol=1e-6)
+    np.testing.assert_allclose(rows, expected, rtol=0, atol=1e-6)
     positions = to_positions(rows)
     assert np.quantile(positions[..., 1].min(axis=-1), 0.05) == pytest.approx(0, abs=1e-5)
     bones = np.linalg.norm(positions[:, 1:] - positions[:, list(JOINTS.parents[1:])], axis=-1)
-    np.testing.assert_allclose(bones, np.tile(np.linalg.norm(JOINTS.offsets[1:], axis=-1), (200, 1)), atol=1e-5)
+    np.testing.assert_allclose(bones, np.tile(np.linalg.norm(JOINTS.offsets[1:], axis=-1), (200, 1)), rtol=0, atol=1e-5)
 
 
 def test_frame_rates_agree():
@@ -81,14 +81,16 @@ def test_only_sources_that_do_not_say_what_is_up_are_levelled():
     (clip,) = clips(200)
     tilted = dataclasses.replace(clip, source="h36m")
     expected = level(normalise_lengths(tilted.positions, JOINTS), JOINTS)
-    np.testing.assert_allclose(prepare([tilted]).features[0], to_features(on_ground(expected), JOINTS), atol=1e-6)
+    np.testing.assert_allclose(
+        prepare([tilted]).features[0], to_features(on_ground(expected), JOINTS), rtol=0, atol=1e-6
+    )
     assert abs(prepare([tilted]).features[0] - prepare([clip]).features[0]).max() > 0.01
 
 
 def test_the_unit_of_the_source_does_not_matter():
     (clip,) = clips(200)
     inches = dataclasses.replace(clip, positions=clip.positions / 25.4)
-    np.testing.assert_allclose(prepare([inches]).features[0], prepare([clip]).features[0], atol=1e-6)
+    np.testing.assert_allclose(prepare([inches]).features[0], prepare([clip]).features[0], rtol=0, atol=1e-6)
 
 
 def test_other_lengths():
@@ -96,7 +98,7 @@ def test_other_lengths():
     tall = type(JOINTS)(JOINTS.names, JOINTS.parents, 2 * JOINTS.offsets)
     scale = np.r_[np.full(60, 2), 1, 2, 2]
     np.testing.assert_allclose(
-        prepare(clips(200), skeleton=tall).features[0], scale * prepare(clips(200)).features[0], atol=1e-5
+        prepare(clips(200), skeleton=tall).features[0], scale * prepare(clips(200)).features[0], rtol=0, atol=1e-5
     )
 
 

@@ -326,7 +326,7 @@ class TestFilmStrip:
             for axes, frame in zip(row, (0, 9), strict=True):
                 place = (positions[frame] - positions[frame, 0]) @ np.transpose([across, upwards])
                 for joint, colour in ((1, "#0072b2"), (2, "#d55e00"), (3, "#000000")):
-                    np.testing.assert_allclose(self.bones(axes)[colour], [place[joint], [0, 0]], atol=1e-12)
+                    np.testing.assert_allclose(self.bones(axes)[colour], [place[joint], [0, 0]], rtol=0, atol=1e-12)
                 low, high = np.transpose([axes.get_xlim(), axes.get_ylim()])
                 assert ((low < place) & (place < high)).all()
                 assert axes.get_aspect() == 1

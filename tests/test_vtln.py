@@ -130,12 +130,12 @@ def test_step_by_step_and_by_hand_it_is_the_same(variant, poses, label):
     slow = by_seed(step_by_step, model, poses, label, S)
     fast = by_seed(model.open_and_closed, poses, label, S)
     for a, b in zip(slow, fast, strict=True):
-        assert torch.allclose(a, b, atol=1e-12)
+        assert torch.allclose(a, b, rtol=0, atol=1e-12)
     for a, b in zip(loss_and_gradients(model, slow), loss_and_gradients(model, fast), strict=True):
         assert torch.allclose(a, b, rtol=1e-10, atol=1e-10)
     with torch.no_grad():
         for a, b in zip(slow, by_seed(model.open_and_closed, poses, label, S), strict=True):
-            assert torch.allclose(a, b, atol=1e-12)
+            assert torch.allclose(a, b, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("cell", CELLS)
@@ -182,7 +182,7 @@ def test_open_loop_is_the_formulas(variant, poses, label):
     for t in range(T):
         h = model.body(x[:, t], h, guides[t])
         expected = h @ model.decoder.weight.T + model.decoder.bias + (poses[:, t] if config.residual else 0)
-        assert torch.allclose(opened[:, t], expected, atol=1e-12)
+        assert torch.allclose(opened[:, t], expected, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -196,16 +196,16 @@ def test_closed_loop_is_feeding_back_by_hand(variant, poses, label):
     state = model.switch(torch.stack(outputs, 1), state)
     for expected in closed.unbind(1):
         pose, state = model.step(pose, state)
-        assert torch.allclose(pose, expected, atol=1e-12)
+        assert torch.allclose(pose, expected, rtol=0, atol=1e-12)
 
 
 def test_prediction_is_the_same_from_a_seed_alone(poses, label):
     model = make().eval()
     opened, closed = by_seed(model.open_and_closed, poses, label, S)
     predicted = by_seed(model.predict, poses[:, :S], label, T - S + 1)
-    assert torch.allclose(predicted, torch.cat([opened[:, S - 1 : S], closed], 1), atol=1e-12)
+    assert torch.allclose(predicted, torch.cat([opened[:, S - 1 : S], closed], 1), rtol=0, atol=1e-12)
     # One frame less needs one step less, but the guides are planned for as many.
-    assert torch.allclose(by_seed(model.predict, poses[:, :S], label, T - S), predicted[:, :-1], atol=1e-12)
+    assert torch.allclose(by_seed(model.predict, poses[:, :S], label, T - S), predicted[:, :-1], rtol=0, atol=1e-12)
 
 
 def test_reading_is_so_many_steps(poses, label):
@@ -225,9 +225,9 @@ def test_a_later_frame_changes_no_earlier_prediction(variant, k, poses, label):
     other = poses.clone()
     other[:, k] += 1
     (opened, closed), (changed, closed_too) = (by_seed(model.open_and_closed, x, label, S) for x in (poses, other))
-    assert torch.allclose(opened[:, :k], changed[:, :k], atol=1e-13)
+    assert torch.allclose(opened[:, :k], changed[:, :k], rtol=0, atol=1e-13)
     assert (opened[:, k:] - changed[:, k:]).abs().amax((0, 2)).min() > 1e-9
-    assert torch.allclose(closed, closed_too, atol=1e-13) == (k >= S)
+    assert torch.allclose(closed, closed_too, rtol=0, atol=1e-13) == (k >= S)
 
 
 @pytest.mark.parametrize("cell", CELLS)
@@ -253,9 +253,9 @@ def test_an_own_past_is_that_of_the_predictions_of_frames_that_were_read(cell, s
     for t in range(T - S):
         now, one, two = (o[:, 2 * S - 1 + t - k * step] for k in range(3))
         h = model.body(torch.cat([now, now - one, now - 2 * one + two], 1), h, state.guides[:, t])
-        assert torch.allclose(model.decoder(h), closed[:, t], atol=1e-12)
+        assert torch.allclose(model.decoder(h), closed[:, t], rtol=0, atol=1e-12)
     predicted = by_seed(model.predict, poses[:, :S], label, T - S + 1)
-    assert torch.allclose(predicted, torch.cat([opened[:, S - 1 : S], closed], 1), atol=1e-12)
+    assert torch.allclose(predicted, torch.cat([opened[:, S - 1 : S], closed], 1), rtol=0, atol=1e-12)
     model.config = dataclasses.replace(model.config, own_past=False)
     others = by_seed(model.open_and_closed, poses, label, S)
     assert torch.equal(others[0], opened)
@@ -276,12 +276,12 @@ def test_mixed_reads_frames_and_predictions(variant, own, poses, label):
             state = model.switch_back(poses[:, :t], state)
         prediction, state = model.step(rows[-1] if t in own else poses[:, t], state)
         rows.append(prediction)
-    assert torch.allclose(torch.stack(rows, 1), fast, atol=1e-12)
+    assert torch.allclose(torch.stack(rows, 1), fast, rtol=0, atol=1e-12)
     gradients = [loss_and_gradients(model, [rows]) for rows in (torch.stack(rows, 1), fast)]
     for a, b in zip(*gradients, strict=True):
         assert torch.allclose(a, b, rtol=1e-10, atol=1e-10)
     with torch.no_grad():
-        assert torch.allclose(by_seed(model.mixed, poses, label, flags), fast, atol=1e-12)
+        assert torch.allclose(by_seed(model.mixed, poses, label, flags), fast, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("cell", CELLS)
@@ -391,7 +391,9 @@ def test_noise_is_drawn_for_each_sequence_and_each_time_and_after_training_too(c
     assert torch.pdist(rows).min() > 1e-6
     without = make(cell=cell, top_rnn=False).eval()
     with torch.no_grad():
-        assert torch.allclose(without.predict(poses, label, 3), without.predict(poses[:1], label[1:2], 3), atol=1e-14)
+        assert torch.allclose(
+            without.predict(poses, label, 3), without.predict(poses[:1], label[1:2], 3), rtol=0, atol=1e-12
+        )
 
 
 @pytest.mark.parametrize(("noise", "sigma"), [("code", 4**0.5), ("text", 4.0)])
@@ -404,8 +406,8 @@ def test_noise_has_the_scale_that_is_learned(noise, sigma):
         guides = model.begin(torch.ones(4000, A, dtype=torch.float64), 3).guides
     assert guides.shape == (4000, 3, 7)
     assert torch.equal(guides[:, 0], guides[:, 2])
-    assert torch.allclose(guides[:, 0].mean(0), model.mu, atol=0.25)
-    assert torch.allclose(guides[:, 0].std(0), torch.full((7,), sigma, dtype=torch.float64), rtol=0.05)
+    assert torch.allclose(guides[:, 0].mean(0), model.mu, rtol=0, atol=0.25)
+    assert torch.allclose(guides[:, 0].std(0), torch.full((7,), sigma, dtype=torch.float64), rtol=0.05, atol=0)
     assert (torch.corrcoef(guides[:, 0].T) - torch.eye(7)).abs().max() < 0.06
 
 
@@ -414,14 +416,14 @@ def test_one_action_is_not_the_other(poses):
     one, other = torch.eye(A, dtype=torch.float64)
     with torch.no_grad():
         a, b = (by_seed(model.predict, poses, label.expand(B, A), 3) for label in (one, other))
-    assert not torch.allclose(a, b, atol=1e-4)
+    assert not torch.allclose(a, b, rtol=0, atol=1e-4)
 
 
 def test_guides_are_planned_for_longer_windows_too(label):
     model = make(n_guides=5)
     assert [model.begin(label, n).guides.shape[1] for n in (3, 5, 8)] == [5, 5, 8]
     short, long = (by_seed(model.begin, label, n).guides for n in (3, 8))
-    assert torch.allclose(long[:, 3:], short)  # the last guide is the first state
+    assert torch.allclose(long[:, 3:], short, rtol=0, atol=1e-12)  # the last guide is the first state
 
 
 def test_dropout_is_for_training_only(poses, label):
@@ -434,7 +436,7 @@ def test_dropout_is_for_training_only(poses, label):
     }
     assert torch.equal(outputs["with", False], outputs["without", False])
     assert torch.equal(outputs["without", True], outputs["without", False])
-    assert not torch.allclose(outputs["with", True], outputs["with", False], atol=1e-2)
+    assert not torch.allclose(outputs["with", True], outputs["with", False], rtol=0, atol=1e-2)
 
 
 def test_dropout_is_of_the_input_and_of_what_the_decoder_reads(poses, label):
@@ -442,15 +444,17 @@ def test_dropout_is_of_the_input_and_of_what_the_decoder_reads(poses, label):
     start = model.begin(label, T)
     prediction, state = model.step(poses[:, 0], start)
     zeros = torch.zeros(B, model.n_inputs, dtype=torch.float64)
-    assert torch.allclose(prediction, model.decoder.bias + poses[:, 0])  # the residual has none
-    assert torch.allclose(state.h, model.body(zeros, start.h, start.guides[:, 0]))  # nor has the state
+    assert torch.allclose(prediction, model.decoder.bias + poses[:, 0], rtol=0, atol=1e-12)  # the residual has none
+    assert torch.allclose(
+        state.h, model.body(zeros, start.h, start.guides[:, 0]), rtol=0, atol=1e-12
+    )  # nor has the state
 
 
 def test_what_dropout_multiplies_by():
     model = make(dropout=0.3)
     factors = model._dropout(20, 50)
     assert factors.shape == (1000, model.n_inputs + 7)
-    assert torch.allclose(factors.unique(), torch.tensor([0, 1 / 0.7], dtype=torch.float64))
+    assert torch.allclose(factors.unique(), torch.tensor([0, 1 / 0.7], dtype=torch.float64), rtol=0, atol=1e-15)
     n = factors.numel()
     assert (factors > 0).sum().item() == pytest.approx(0.7 * n, abs=4 * (0.21 * n) ** 0.5)
     kept = (factors > 0).double() - 0.7

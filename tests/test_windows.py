@@ -105,8 +105,8 @@ def test_synthetic_walkers_to_train_on_are_not_those_to_choose_or_test_by():
     assert training_set.actions == (task.action,) == (synthetic_task().action,)
     assert training_set.normalization.columns == COLUMNS
     rows = np.concatenate([clip.poses for clip in training_set.clips])
-    np.testing.assert_allclose(rows.mean(axis=0), 0, atol=1e-5)
-    np.testing.assert_allclose(rows.std(axis=0), 1, atol=1e-4)
+    np.testing.assert_allclose(rows.mean(axis=0), 0, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(rows.std(axis=0), 1, rtol=0, atol=1e-4)
     firsts = [task.seed[:, 0], synthetic_task().seed[:, 0], training_set.normalization.unnormalize(rows[::500])]
     together = np.concatenate(firsts)[:, COLUMNS].round(3)
     assert len(np.unique(together, axis=0)) == len(together)
@@ -120,7 +120,7 @@ def test_normalised_poses_come_back(seed):
     poses = np.random.default_rng(seed).normal(size=(3, 4, 99))
     back = statistics.unnormalize(statistics.normalize(poses))
     kept = list(COLUMNS)
-    np.testing.assert_allclose(back[..., kept], poses[..., kept], atol=1e-9)
+    np.testing.assert_allclose(back[..., kept], poses[..., kept], rtol=0, atol=1e-9)
     dropped = sorted(set(range(99)) - set(kept))
     assert (back[..., dropped] == statistics.mean[dropped]).all()
 
@@ -165,7 +165,7 @@ def test_real_training_clips(h36m_root):
     whole = np.concatenate(rows).astype(np.float64)[:, list(COLUMNS)]
     for clip, poses in zip(training_set.clips, rows, strict=True):
         expected = (poses[::2, list(COLUMNS)] - whole.mean(axis=0)) / whole.std(axis=0)
-        np.testing.assert_allclose(clip.poses, expected, atol=1e-4)
+        np.testing.assert_allclose(clip.poses, expected, rtol=0, atol=1e-4)
     batch = Batches(training_set, batch=64, n_seed=50, n_target=100, seed=0)[0]
     assert batch.poses.shape == (64, 151, 54)
     assert set(batch.label.argmax(axis=1)) == {0, 1}

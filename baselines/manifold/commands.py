@@ -144,6 +144,10 @@ def run_nearest(options: argparse.Namespace) -> None:
     bench = _bench(options)
     if options.clip is None:
         records = list(evaluation.nearness(bench))
+        if not records:
+            raise ValueError(
+                "no two actions among these clips, so there is nothing to tell apart; name a CLIP, or other motion"
+            )
         _show(options, records)
         if options.output:
             _save(options.output, gallery.retrieval(records))

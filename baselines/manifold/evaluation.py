@@ -124,8 +124,18 @@ def nearness(bench: Bench) -> Iterator[Record]:
     Use ``distance``: ``auc``, how often two clips of one action are closer than two of different ones.
     Use ``nearest``: mean average precision ``map`` and nearest-neighbour accuracy ``nearest``, means over clips, and
     ``map_of_actions`` and ``nearest_of_actions``, means over actions; each for every kind of match. All subjects' clips
-    take part: no method has seen an action's name.
+    take part: no method has seen an action's name. There are no records of sources that have a single action.
+
+    Raises
+    ------
+    ValueError
+        If a clip is of a source that is not in `TOGETHER`: names it.
     """
+    known = [source for sources in TOGETHER.values() for source in sources]
+    if unknown := sorted({clip.source for clip in bench.motions.clips} - set(known)):
+        raise ValueError(
+            f"motions: it is not known what actions are called in {unknown[0]!r}, only in {', '.join(known)}"
+        )
     for name, sources in TOGETHER.items():
         if any(clip.source in sources for clip in bench.motions.clips):
             yield from _nearness(bench, bench.motions.only(sources=sources), name)
