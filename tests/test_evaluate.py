@@ -65,6 +65,12 @@ class TestSynthetic:
     def test_is_always_the_same(self, capsys):
         assert run(capsys, "--synthetic") == run(capsys, "--synthetic")
 
+    def test_its_sequences_are_independent(self):
+        record = evaluate.evaluate(
+            "zero-velocity", PREDICTORS["zero-velocity"], tasks.synthetic_task(4), sequences=True
+        )
+        assert record["sequences"]["groups"] == [0, 1, 2, 3]
+
     def test_no_trivial_predictor_is_perfect_or_absurd(self):
         task = tasks.synthetic_task()
         for name, predictor in PREDICTORS.items():
@@ -228,6 +234,14 @@ class TestHuman36M:
         for _ in range(2):
             assert json.loads(run(capsys, *arguments)[1]) == [records["eating", "repeat-50"]]
         assert len(list((tmp_path / "cache").iterdir())) == 2
+
+    @pytest.mark.parametrize(("windows", "blocks", "left_out"), [("srnn-8", 6, 0), ("random-256", 13, 121)])
+    def test_records_state_the_blocks_of_windows(self, h36m_root, windows, blocks, left_out):
+        (task,) = tasks.h36m_tasks(h36m_root, ["walking"], windows)
+        record = evaluate.evaluate("zero-velocity", PREDICTORS["zero-velocity"], task, sequences=True)
+        groups = json.loads(json.dumps(record))["sequences"]["groups"]
+        assert len(set(groups) - {None}) == blocks
+        assert groups.count(None) == left_out
 
     def test_256_windows(self, capsys, h36m_root):
         _, out, _ = run(capsys, "zero-velocity", "--h36m", h36m_root, "--actions", "walking", "--windows", "random-256")

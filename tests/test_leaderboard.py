@@ -252,6 +252,103 @@ class TestSources:
             npss.leaderboard(folder, by="NPSS")
 
 
+LABELS = ["a", "a", "b", "b", "c", "d", "e", None]  # five blocks, and a sequence in none
+
+
+@pytest.fixture(scope="module")
+def reports(poses):
+    gt = poses["gt"][..., ANGLES]
+    return {name: npss.report(gt, poses[name][..., ANGLES], groups=LABELS) for name in ("close", "far")}
+
+
+class TestGroups:
+    def test_reports_and_records_state_theirs(self, reports, poses):
+        board = npss.leaderboard(reports)
+        assert set(board.tidy["blocks"]) == {5}
+        assert board.tidy["p_value"].isna().all()
+        assert list(board.tidy["behind"].dropna()) == [1.0]
+        assert set(board.tidy["interval"]) == {"range of blocks"}
+        text = board.to_text()
+        far = board.tidy.set_index("model").loc["far"]
+        assert f"({far.in_blocks:.3f}: range {far.low:.3f}–{far.high:.3f}, 5/5)" in text
+        assert "all: 5 blocks, 1 of 8 sequences in none." in text
+        assert "the best is better in 4 of 5 blocks" in text
+        for written in (board.to_markdown(), board.to_html()):
+            assert f"range {far.low:.3f}–{far.high:.3f}, 5/5" in written
+        assert f"range {far.low:.3f}--{far.high:.3f}, 5/5" in board.to_latex()
+
+    def test_given_ones_come_before_those_stated(self, reports):
+        board = npss.leaderboard(reports, groups=[*"abcdef", "f", "f"])
+        assert set(board.tidy["blocks"]) == {6}
+        assert board.tidy["p_value"].max() == 2 / 2**6
+        by_action = npss.leaderboard({"a": {"walking": reports["close"]}}, groups={"walking": [*"aabbccdd"]})
+        assert set(by_action.tidy["blocks"]) == {4}
+
+    def test_of_files(self, folder):
+        board = npss.leaderboard(folder, groups={"walking": LABELS})
+        blocks = board.tidy.groupby("action")["blocks"].unique()
+        assert (list(blocks["walking"]), list(blocks["eating"])) == ([5], [8])
+        text = board.to_text()
+        assert "eating: 8 sequences, each its own block, assumed independent." in text
+        assert "walking: 5 blocks, 1 of 8 sequences in none." in text
+
+    def test_protocols_know_theirs(self, folder):
+        board = npss.leaderboard(folder / "close.npz", protocol="srnn-8")
+        blocks = board.tidy.groupby("action")["blocks"].unique()
+        assert list(blocks["walking"]) == [7]  # of 50 frames, two windows still overlap
+        with pytest.raises(
+            ValueError, match="eating: the protocol random-256 has 256 windows, but here are 8 sequences"
+        ):
+            npss.leaderboard(folder, protocol="random-256")
+
+    def test_ones_that_are_none(self, folder, reports):
+        with pytest.raises(ValueError, match="groups: no action is called 'sitting'; there are eating, walking"):
+            npss.leaderboard(folder, groups={"sitting": LABELS})
+        with pytest.raises(TypeError, match="groups: expected labels by action, of eating, walking"):
+            npss.leaderboard(folder, groups=LABELS)
+        with pytest.raises(ValueError, match="groups: all: expected 8 labels, one for each sequence, got 3"):
+            npss.leaderboard(reports, groups=["a", "b", "c"])
+        with pytest.raises(TypeError, match="groups: all: expected text, a whole number, or None for no block"):
+            npss.leaderboard(reports, groups=[0.5] * 8)
+
+    def test_files_of_groups(self, capsys, tmp_path, folder):
+        path = tmp_path / "groups.json"
+        path.write_text(json.dumps({"walking": LABELS}))
+        assert main(["leaderboard", str(folder), "--groups", str(path)]) == 0
+        assert capsys.readouterr().out == npss.leaderboard(folder, groups={"walking": LABELS}).to_text() + "\n"
+        for text in ("{", "[1]", '{"walking": "aab"}', "[" * 100_000):
+            path.write_text(text)
+            assert main(["leaderboard", str(folder), "--groups", str(path)]) == 2
+            assert re.match(
+                r"npss: error: --groups .*groups\.json: (not JSON|expected an object)", capsys.readouterr().err
+            )
+
+    def test_records_that_contradict_themselves(self, reports, poses):
+        from npss._records import measure
+
+        gt, pred = (poses[name][..., ANGLES] for name in ("gt", "far"))
+        record = {"model": "m", "action": "a", **measure(gt, pred, sequences=True, groups=LABELS, frames=50)}
+        again = json.loads(json.dumps(record))
+        assert set(npss.leaderboard([again]).tidy["blocks"]) == {5}
+        old = json.loads(json.dumps(record))
+        del old["sequences"]["groups"], old["sequences"]["statistics"], old["sequences"]["fingerprint"]
+        board = npss.leaderboard([old])  # by the rules of its time
+        assert "a: 8 sequences, each its own block, assumed independent." in board.notes
+        with pytest.raises(ValueError, match="were scored in different blocks"):
+            npss.leaderboard([again, {**old, "model": "old"}])
+        for bad, message in (
+            (LABELS[1:], "groups: expected 8 labels"),
+            ([1.5] * 8, "groups: expected text"),
+            ("a", "groups"),
+        ):
+            again["sequences"]["groups"] = bad
+            with pytest.raises(ValueError, match=f"records: 'm' on 'a': sequences: {message}"):
+                npss.leaderboard([again])
+        again["sequences"]["statistics"] = 3
+        with pytest.raises(ValueError, match="expected a version from 1 to 2, got 3"):
+            npss.leaderboard([again])
+
+
 class TestPublished:
     def record(self, **changed):
         stated = {"representation": "euler", "frames": 100, "fps": 25, "protocol": "srnn-8", "unwrap": "off"} | changed
@@ -467,6 +564,9 @@ def test_one_command_ranks_baselines_and_sample_models(capsys, h36m_root, sample
     for key, value in known.items():
         assert values[key] == pytest.approx(value, abs=5e-5)
     assert ("wookay_eating_1000", "walking", "NPSS paper") not in values
-    # The windows overlap: five blocks of eating, and six of walking for two models, support no claim.
-    assert {row["worse"] for row in rows} == {"False"}
+    assert {(row["action"], row["blocks"]) for row in rows} == {("walking", "6"), ("eating", "5")}
+    behind = {(row["model"], row["action"], row["column"]): row["behind"] for row in rows}
+    assert behind["zero-velocity", "eating", "NPSS paper"] == "1.0"  # in all five blocks, which is no claim
+    assert not any(row["worse"] == "True" for row in rows)  # nor can six blocks tell three models apart
+    assert {row["rank"] for row in rows} == {"1"}
     assert {row["p_value"] for row in rows if row["action"] == "eating"} == {""}

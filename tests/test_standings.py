@@ -24,6 +24,7 @@ def result(
     source="",
     signature="npss|version:1",
     fingerprint=None,
+    groups=None,
 ):
     """A result of which the sequences add `parts`; a number alone has no known sequences."""
     named = {"model": model, "action": action, "column": column, "source": source, "signature": signature}
@@ -32,7 +33,7 @@ def result(
     numerator = np.array(parts, float)
     weights = np.broadcast_to(weight, numerator.shape).astype(float)
     value = numerator.sum() / weights.sum()
-    return Result(value=value, numerator=numerator, weight=weights, fingerprint=fingerprint, **named)
+    return Result(value=value, numerator=numerator, weight=weights, fingerprint=fingerprint, groups=groups, **named)
 
 
 def by_model(found):
@@ -207,6 +208,100 @@ def test_so_many_models_that_draws_cannot_tell_them_apart():
     found = standings([result(f"m{k:02}", rng.normal(5 + k, 0.01, 20)) for k in range(33)])
     assert {one.rank for one in found} == {1}  # 528 pairs, and no p-value below 1 / 10000
     assert any("cannot show any difference between 33 models" in line for line in notes(found))
+
+
+def blocks_of(n_blocks, each=2):
+    """Labels of sequences that come in blocks of equal size."""
+    return tuple(f"b{i // each}" for i in range(n_blocks * each))
+
+
+def test_blocks_are_the_units_of_tests_and_intervals():
+    rng = np.random.default_rng(4)
+    weight = rng.uniform(1, 3, 26)
+    parts = [weight * rng.uniform(1, 2, 26), weight * rng.uniform(1.3, 2.5, 26)]
+    groups = (*blocks_of(12), None, None)
+    found = by_model(
+        standings([result(name, p, weight=weight, groups=groups) for name, p in zip("ab", parts, strict=True)])
+    )
+    sums = [p[:24].reshape(12, 2).sum(axis=1) for p in (*parts, weight)]
+    assert found["b"].p_value == npss._sign_flip.sign_flips(sums[0] - sums[1], sums[2]).p_value()
+    for one, numerator in zip((found["a"], found["b"]), sums, strict=False):
+        assert not one.is_range
+        expected = [float(end) for end in npss._bootstrap.bootstrap_interval(numerator, sums[2])]
+        assert (one.low, one.high) == pytest.approx(expected, rel=1e-9)
+        assert one.in_blocks == pytest.approx(numerator.sum() / sums[2].sum())
+        assert one.in_blocks != one.result.value
+    assert found["b"].behind == (int((sums[1] > sums[0]).sum()), 12)
+    said = notes(list(found.values()))
+    assert "walking: 12 blocks, 2 of 26 sequences in none." in said
+    assert any(line.startswith("Before a colon: the score of the sequences that are in blocks") for line in said)
+    assert any(line.startswith("Intervals: 95 %, studentised bootstrap over blocks") for line in said)
+    assert not any(line.startswith("Range") or "4/5" in line for line in said)
+    assert "never other people" in said[-1]
+
+
+def test_of_few_blocks_there_is_a_range_and_of_fewer_no_mark():
+    hard = np.random.default_rng(5).normal(5, 1, 10)
+    for n, marked in ((5, False), (6, True)):
+        groups = blocks_of(n)
+        parts = {name: hard[np.arange(2 * n) % 10] + more for name, more in (("good", 0.0), ("bad", 0.5))}
+        found = by_model(standings([result(name, p, groups=groups) for name, p in parts.items()]))
+        for name, one in found.items():
+            of_blocks = parts[name].reshape(n, 2).mean(axis=1)
+            assert one.is_range
+            assert (one.low, one.high) == pytest.approx((of_blocks.min(), of_blocks.max()))
+            assert one.in_blocks is None
+        assert found["bad"].behind == (n, n)
+        assert (found["bad"].rank, found["bad"].worse) == ((2, True) if marked else (1, False))
+        assert found["bad"].p_value == (2 / 2**6 if marked else None)
+        said = notes(list(found.values()))
+        assert f"walking: {n} blocks." in said
+        assert any(line.startswith("Range: the lowest and the highest score of a block") for line in said)
+        assert marked != any("Fewer than 6 blocks give no p-value and no mark" in line for line in said)
+        assert not any(line.startswith("Intervals") or "cannot show" in line for line in said)
+
+
+def test_six_blocks_cannot_tell_three_models_apart():
+    hard = np.random.default_rng(5).normal(5, 1, 6)
+    found = standings([result(f"m{k}", hard + k) for k in range(3)])
+    assert {one.rank for one in found} == {1}
+    (said,) = (line for line in notes(found) if "cannot show" in line)
+    assert said.startswith("walking: 6 blocks cannot show any difference between 3 models")
+
+
+def test_a_difference_in_blocks_that_is_none_of_all_sequences_marks_nothing():
+    """In blocks the second is clearly better, over all sequences the first: neither is worse by more than chance."""
+    groups = (*(f"b{i}" for i in range(8)), None)
+    one, other = np.array([2.0] * 8 + [1]), np.array([1.0 + 0.01 * i for i in range(8)] + [20])
+    found = by_model(standings([result("one", one, groups=groups), result("other", other, groups=groups)]))
+    assert found["one"].best
+    assert found["other"].p_value == 2 / 2**8
+    assert not found["other"].worse
+    assert (found["other"].rank, found["one"].rank) == (1, 2)
+
+
+def test_models_are_compared_in_the_same_blocks_only():
+    parts = np.arange(1.0, 9)
+    with pytest.raises(
+        ValueError, match=r"walking, NPSS paper: 'a' and 'b' were scored in different blocks \(4 blocks; 8"
+    ):
+        standings([result("a", parts, groups=blocks_of(4)), result("b", parts)])
+    alone = [result("a", parts, groups=blocks_of(4)), result("b", 3.0)]
+    assert len(standings(alone)) == 2  # of a number without its sequences there are none
+
+
+def test_under_the_null_hypothesis_blocks_have_few_marks():
+    """Sequences of a block err alike: as units of their own they would be told apart in most columns."""
+    rng = np.random.default_rng(9)
+    marked = alone = 0
+    for _ in range(150):
+        parts = np.repeat(rng.normal(5, 1, (2, 8)), 8, axis=1)
+        for groups in (blocks_of(8, 8), None):
+            found = standings([result(f"m{k}", p, groups=groups) for k, p in enumerate(parts)])
+            any_mark = any(one.rank > 1 for one in found)
+            marked, alone = (marked + any_mark, alone) if groups else (marked, alone + any_mark)
+    assert marked <= 0.05 * 150 + 3 * math.sqrt(0.05 * 0.95 * 150)
+    assert alone > 0.3 * 150
 
 
 @pytest.mark.parametrize("level", [0, 1, -1, math.nan])
