@@ -18,8 +18,9 @@ from lightning.pytorch.utilities.rank_zero import rank_zero_only
 from test_training import RECIPE, TINY, _tiny, command, configured, outcome, processes, same, trained
 
 from baselines import train
+from baselines.data import h36m
 from baselines.manifold import config as manifold_config
-from baselines.manifold import train_command
+from baselines.manifold import prepared, train_command
 from baselines.manifold.prepared import motion_set
 from baselines.models import MODELS
 from baselines.training import arguments, config, fitting, launch, runs, trainer, windows
@@ -245,9 +246,10 @@ def test_a_device_that_is_not_there_leaves_no_folder(tmp_path, capsys, monkeypat
 
 
 def test_what_comes_to_nothing_leaves_no_folder(tmp_path, capsys):
+    diverging = ["--recipe.lr", "1e38", "--recipe.optimizer", "sgd", "--recipe.clip_norm", "null"]
     for wrong, message in (
         (["--recipe.n_seed", "600"], "windows of 605 frames, from frame 16 on, need at least 621"),
-        (["--recipe.lr", "1e38", "--recipe.optimizer", "sgd", "--recipe.clip_norm", "null"], "has diverged by iter"),
+        ([*diverging, "--checkpoint-every", "2"], "has diverged by iteration 2"),
     ):
         assert command("train", *SAID, *wrong, "--out", tmp_path / "new" / "r") == 2
         assert message in capsys.readouterr().err
@@ -521,3 +523,17 @@ def test_what_a_run_is_not(tmp_path):
     (tmp_path / config.FILE).write_text('{"paths": {"h36m": 1}}')
     with pytest.raises(ValueError, match=r"config\.json: paths: expected an object of names and folders"):
         arguments.h36m_of(SimpleNamespace(h36m=None, config=None), [tmp_path])
+
+
+def test_a_full_disk_leaves_no_half_a_cache(tmp_path, full_disk):
+    text, cache = tmp_path / "walking_1.txt", tmp_path / "cache"
+    text.write_text("\n".join([",".join(["0.5"] * 99)] * 40), encoding="utf-8")  # 16 kB in binary
+    assert h36m._read(text, cache).shape == (40, 99)
+    (kept,) = cache.iterdir()
+    text.write_text("\n".join([",".join(["0"] * 99)] * 60), encoding="utf-8")
+    with pytest.raises(OSError, match=r"cannot write .*\.npy: File too large$"):
+        h36m._read(text, cache)
+    assert list(cache.iterdir()) == [kept]
+    with pytest.raises(OSError, match=r"cannot write .*/motion-.*\.npz: File too large$"):
+        prepared.cached(tmp_path / "prepared", "key", lambda: motion_set(quick=True))
+    assert not list((tmp_path / "prepared").iterdir())

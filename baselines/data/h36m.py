@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import hashlib
+import io
 import os
 import warnings
 from collections.abc import Callable, Sequence
@@ -19,7 +20,7 @@ from npss._checks import one_of, positive_integer
 from npss._doing import doing
 from npss._poses import POSE
 from npss._text import read_text
-from npss._write import write_atomically
+from npss._write import write_bytes_atomically
 from npss.protocol import ACTIONS, FPS, TEST_LENGTHS, TEST_SUBJECT, TRAIN_SUBJECTS, Window, random_windows, srnn_windows
 
 Float32 = npt.NDArray[np.float32]
@@ -312,12 +313,9 @@ def _read(path: Path, cache: Path | None) -> Float32:
     rows = _parse(path)
     with doing("making the cache"):
         cache.mkdir(parents=True, exist_ok=True)
-
-    def write(part: Path) -> None:
-        with part.open("wb") as file:
-            np.save(file, rows)
-
-    write_atomically(kept, write)
+    content = io.BytesIO()  # numpy would not say that the disk is full
+    np.save(content, rows)
+    write_bytes_atomically(kept, content.getbuffer())
     return rows
 
 

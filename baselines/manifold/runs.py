@@ -21,7 +21,7 @@ from baselines.manifold.normalization import Normalization
 from baselines.manifold.projector import Manifold
 from baselines.training.config import of_run
 from baselines.training.runs import FILE
-from npss._write import write_atomically
+from npss._write import write_bytes_atomically
 
 __all__ = ["FILE", "Run", "load", "save"]
 
@@ -58,7 +58,7 @@ def save(
     tensors = {f"{_WEIGHT}{name}": value.detach().cpu().contiguous() for name, value in network.state_dict().items()}
     tensors |= {name: torch.tensor(getattr(normalization, name)) for name in ("mean", "scale")}
     content = serialized(tensors, {"validation": json.dumps(measured)})  # one entry: several are in any order
-    write_atomically(path / FILE, lambda part: part.write_bytes(content))
+    write_bytes_atomically(path / FILE, content)
 
 
 def load(path: Path) -> Run:

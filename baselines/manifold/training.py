@@ -290,9 +290,10 @@ class Training(Resumable):
     def _measure(self, done: Place) -> None:
         """Measure the layers that have been trained, keep all if they are the best so far, and write it down."""
         phase = self.phases[done.phase]
-        error = self._error(phase.depth)
-        if not math.isfinite(error):  # the last step may have been the one, of which no loss tells
-            raise _diverged(phase, done, f"the joint error was {error}")
+        try:
+            error = self._error(phase.depth)
+        except ValueError as nothing:  # the last step may have been the one, of which no loss tells
+            raise _diverged(phase, done, f"of the windows that come back, {nothing}") from nothing
         n = sum(windows for _, windows in self.losses)
         row: Row = {
             "phase": phase.name,

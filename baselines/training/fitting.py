@@ -20,7 +20,7 @@ from baselines.training.config import CHECKPOINT
 from baselines.training.stopping import Stop, Stopped
 from npss._doing import doing
 from npss._progress import Progress, duration
-from npss._write import write_atomically
+from npss._write import write_bytes_atomically
 
 try:
     from lightning.fabric.plugins.environments.lightning import LightningEnvironment
@@ -125,7 +125,7 @@ class AtomicIO(TorchCheckpointIO):
         """Write a checkpoint: Lightning's own way is by a file in another folder, perhaps of another disk."""
         content = io.BytesIO()  # torch tells of a full disk in words of its own
         torch.save(checkpoint, content)
-        write_atomically(Path(path), lambda part: part.write_bytes(content.getbuffer()))
+        write_bytes_atomically(Path(path), content.getbuffer())
 
     def load_checkpoint(self, path: Any, map_location: Any = "cpu", weights_only: Any = True) -> dict[str, Any]:
         """Read a checkpoint; nothing in it can run code."""

@@ -17,7 +17,7 @@ from baselines.training import config
 from baselines.training.config import Configuration
 from npss._checks import Array, check_finite, positive_integer
 from npss._poses import POSE
-from npss._write import write_atomically
+from npss._write import write_bytes_atomically
 from npss.protocol import COLUMNS, Normalization
 
 try:
@@ -152,7 +152,7 @@ def save(path: Path, model: MotionModel, normalization: Normalization, measured:
     tensors = {f"{_WEIGHT}{name}": value.detach().cpu().contiguous() for name, value in model.state_dict().items()}
     tensors |= {"mean": torch.tensor(normalization.mean), "std": torch.tensor(normalization.std)}
     content = serialized(tensors, {"validation": json.dumps(measured)})  # one entry: several are in any order
-    write_atomically(path / FILE, lambda part: part.write_bytes(content))
+    write_bytes_atomically(path / FILE, content)
 
 
 def load(path: Path) -> Run:
