@@ -109,7 +109,7 @@ class TestScores:
 
     def test_a_signature_that_is_not_stated_is_another_one(self):
         records = [record("one", npss={"paper": 1.0}), {"model": "two", "action": "walking", "npss": {"paper": 1.0}}]
-        with pytest.raises(ValueError, match="different signatures.*: one: s; two: not stated$"):
+        with pytest.raises(ValueError, match=r"different signatures.*: one: s; two: not stated$"):
             study.model_scores(records, ["one", "two"], action="walking", metric="paper")
         assert study.model_scores(records, ["two"], action="walking", metric="paper") == {"two": 1.0}
 
