@@ -42,7 +42,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "_accumulator.py _frames.py _score.py": "score accumulator frames workers",
     },
     "rotations": {
-        "rotations/*.py": "rotations rotations_*",
+        "rotations/*.py": "rotations rotations_* continuous",
         "_unwrap.py": "unwrap",
         "_poses.py _euler_error.py": "poses euler_error",
     },

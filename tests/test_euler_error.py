@@ -1,5 +1,6 @@
 """The Euler error and the true mean of squares."""
 
+import math
 from fractions import Fraction
 
 import numpy as np
@@ -226,7 +227,15 @@ def test_mse_is_the_mean_of_squares(pair):
 
 @pytest.mark.parametrize(("scale", "expected"), [(1e150, 1e300), (1e-100, 1e-200), (1e-200, 0.0)])
 def test_mse_of_huge_and_tiny_values(scale, expected):
-    assert npss.mse(np.full((30, 40), scale), np.zeros((30, 40))) == pytest.approx(expected)
+    assert npss.mse(np.full((30, 40), scale), np.zeros((30, 40))) == pytest.approx(expected, rel=1e-12, abs=0)
+
+
+def test_mse_of_squares_below_the_smallest_number():
+    """Squares of .4 and 1.4 of the smallest float64, rounded to none and one of it, would have a mean of none."""
+    least = 5e-324
+    small, large = (math.sqrt(part) * math.sqrt(least) for part in (0.4, 1.4))
+    assert (small * small, large * large) == (0, least)
+    assert npss.mse([[small, large]], [[0.0, 0.0]]) == least
 
 
 def test_mse_is_not_the_field_s_mse():
