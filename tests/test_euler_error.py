@@ -248,3 +248,14 @@ def test_whole_turns_do_count(seed, shift):
     gt, pred = np.random.default_rng(seed).normal(size=(2, 4, 2))
     turned = npss.euler_error_curve(gt, pred + 2 * np.pi * shift)
     assert np.allclose(turned, npss.euler_error_curve(gt, pred), rtol=1e-12, atol=0) == (shift == 0)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("metric", [npss.euler_error_curve, npss.mse])
+def test_values_that_are_not_finite_are_named(metric, bad):
+    motions = dict(zip(("gt", "pred"), np.random.default_rng(0).normal(size=(2, 3, 4, 2)), strict=True))
+    for name in motions:
+        broken = {**motions, name: motions[name].copy()}
+        broken[name][1, 2, 0] = bad
+        with pytest.raises(ValueError, match=rf"^{name}: {bad} at index \(1, 2, 0\)"):
+            metric(**broken)
