@@ -53,7 +53,7 @@ def test_the_same_rotations_score_zero():
     by_hand = loop(q[0, :, 0])
     flat = q.reshape(1, 60, 4)
     assert npss.score(by_hand[np.newaxis], flat, convention="released") > 1  # which is what goes wrong
-    assert [one.trap for one in npss.diagnose(by_hand[np.newaxis], flat)] == ["quaternion-sign"]
+    assert "quaternion-sign" in [one.trap for one in npss.diagnose(by_hand[np.newaxis], flat)]
     mended = continuous(q, axis=1)
     assert np.array_equal(mended[0, :, 0], by_hand)
     assert npss.score(by_hand[np.newaxis], mended.reshape(1, 60, 4), convention="released") == 0
