@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,14 @@ _MEASURED = ("npss", "npss_windows", "euler_error")
 
 
 def evaluate_run(
-    path: Path, task: Task, *, name: str | None = None, draws: int = 1, seed: int = 0, **options: Any
+    path: Path,
+    task: Task,
+    *,
+    name: str | None = None,
+    draws: int = 1,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    **options: Any,
 ) -> Record:
     """Measure a trained model on a task.
 
@@ -35,6 +42,8 @@ def evaluate_run(
         How often the model predicts, each time with new noise; the NPSS paper's tables are of 30.
     seed : int, optional
         Of the noise.
+    progress : callable, optional
+        Called with the share of the draws that are done.
     **options
         Of `baselines.evaluate.evaluate`.
 
@@ -52,7 +61,11 @@ def evaluate_run(
     positive_integer("draws", draws)
     predictor = runs.predictor_of(path, task.action, rng=np.random.default_rng(seed))
     called = path.resolve().name if name is None else name
-    records = [evaluate(called, predictor, task, **options) for _ in range(draws)]
+    records = []
+    for done in range(1, draws + 1):
+        records.append(evaluate(called, predictor, task, **options))
+        if progress is not None:
+            progress(done / draws)
     return records[0] if draws == 1 else over_draws(records)
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from baselines.predictors import PREDICTORS, Predictor
 from baselines.tasks import Task, add_task_options, tasks_of
 from npss import poses_to_euler, protocol
 from npss._names import names_of_paths
+from npss._progress import Progress
 from npss._records import Record, measure
 from npss._tables import markdown_text, table
 
@@ -131,7 +133,12 @@ def run(options: argparse.Namespace) -> None:
     if unknown := [model for model in models if model not in PREDICTORS and not is_run(model)]:
         raise ValueError(f"MODEL: {unknown[0]!r} is not one of {', '.join(PREDICTORS)}, nor the folder of a run")
     named = by_name(models)
-    records = [_record(name, model, task, options) for task in tasks_of(options) for name, model in named.items()]
+    to_do = [(name, model, task) for task in tasks_of(options) for name, model in named.items()]
+    records = []
+    with Progress("evaluating") as progress:
+        for done, (name, model, task) in enumerate(to_do):
+            records.append(_record(name, model, task, options, partial(_tell, progress, done, len(to_do))))
+            progress((done + 1) / len(to_do))
     form = options.format or ("table" if sys.stdout.isatty() else "json")
     if form == "json":
         print(json.dumps(records, indent=2))
@@ -159,10 +166,19 @@ def by_name(models: Sequence[str]) -> dict[str, str]:
     return {model if model in PREDICTORS else names[Path(model)]: model for model in models}
 
 
-def _record(name: str, model: str, task: Task, options: argparse.Namespace) -> Record:
+def _tell(progress: Progress, done: int, n: int, share: float) -> None:
+    """Say that so many of n are done, and a share of the next one."""
+    progress((done + share) / n)
+
+
+def _record(
+    name: str, model: str, task: Task, options: argparse.Namespace, progress: Callable[[float], None]
+) -> Record:
     measured: dict[str, Any] = {"unwrapped": options.unwrap, "sequences": options.sequences}
     if model in PREDICTORS:
         return evaluate(name, PREDICTORS[model], task, **measured)
     from baselines.draws import evaluate_run  # imports torch, which predictors do not need
 
-    return evaluate_run(Path(model), task, name=name, draws=options.draws, seed=options.seed, **measured)
+    return evaluate_run(
+        Path(model), task, name=name, draws=options.draws, seed=options.seed, progress=progress, **measured
+    )

@@ -357,7 +357,7 @@ def test_a_misspelt_option_is_answered_with_the_one_that_was_meant(capsys, argum
 @pytest.mark.parametrize(
     ("error", "message"),
     [
-        (FileNotFoundError(2, "No such file or directory", "gt.npy"), "gt.npy: No such file or directory"),
+        (FileNotFoundError(2, "No such file or directory", "gt.npy"), "cannot open gt.npy: No such file or"),
         (OSError(28, "cannot write page.html: No space left on device"), "cannot write page.html: No space left on"),
         (
             ModuleNotFoundError("No module named 'scipy'", name="scipy.stats"),

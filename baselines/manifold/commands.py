@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from npss._doing import doing
 from npss._names import names_of_paths
 from npss._write import write_figure_atomically
 
@@ -169,7 +170,8 @@ def run_table(options: argparse.Namespace) -> None:
     records = list(table.records_of(bench))
     _show(options, records)
     if options.pictures:
-        options.pictures.mkdir(parents=True, exist_ok=True)
+        with doing("making the folder of the pictures"):
+            options.pictures.mkdir(parents=True, exist_ok=True)
         for name, figure in gallery.all_pictures(bench, records):
             _save(options.pictures / f"{name}.png", figure)
 

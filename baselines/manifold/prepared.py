@@ -25,6 +25,7 @@ from baselines.manifold.ground import level, on_ground
 from baselines.manifold.resample import resample
 from baselines.manifold.windows import left_out, windows_of
 from npss._checks import each
+from npss._doing import doing
 from npss._progress import Progress
 from npss._write import write_atomically
 from npss.skeleton import Skeleton
@@ -263,7 +264,8 @@ def cached(folder: Path, key: Any, make: Callable[[], MotionSet]) -> MotionSet:
     with contextlib.suppress(FileNotFoundError, ValueError):
         return load(path)
     made = make()
-    folder.mkdir(parents=True, exist_ok=True)
+    with doing("making the cache"):
+        folder.mkdir(parents=True, exist_ok=True)
     save(path, made)
     return made
 

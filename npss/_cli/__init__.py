@@ -17,7 +17,7 @@ from npss._console import allow_any_text, discard_output
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 #: The extra of ``npss`` that brings a package.
 _EXTRAS = {"h5py": "h5", "matplotlib": "plot", "pandas": "pandas", "scipy": "study"} | dict.fromkeys(
-    ("docstring_parser", "filelock", "jsonargparse", "lightning", "safetensors", "torch"), "baselines"
+    ("filelock", "jsonargparse", "lightning", "safetensors", "torch"), "baselines"
 )
 
 
@@ -69,7 +69,7 @@ def told(error: Exception, extra: str | None = None) -> str:
     if isinstance(error, OSError) and error.errno in _FULL and error.args == (error.errno, os.strerror(error.errno)):
         return f"cannot write to standard output: {error.strerror}"  # whatever else is written names its file
     if isinstance(error, OSError) and error.strerror:
-        return f"{error.filename}: {error.strerror}" if error.filename is not None else error.strerror
+        return error.strerror if error.filename is None else f"cannot open {error.filename}: {error.strerror}"
     if isinstance(error, ModuleNotFoundError) and error.name is not None:
         package = error.name.partition(".")[0]
         if package in _EXTRAS:
