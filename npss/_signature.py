@@ -231,7 +231,7 @@ def _read(name: str, text: str) -> Value:
 
 
 def _is_number_or_truth(text: str) -> bool:
-    return text in ("true", "false") or bool(re.fullmatch(_INTEGER, text) or re.fullmatch(_FLOAT, text))
+    return text in ("true", "false") or bool(re.fullmatch(_FLOAT, text))  # which every integer is
 
 
 def _write_convention(convention: str | Convention) -> str:

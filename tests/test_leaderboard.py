@@ -120,6 +120,8 @@ class TestSources:
         assert board.tidy.set_index(["model", "column"]).loc[("repeat-50", "NPSS paper"), "low"] > 0
         (tmp_path / "records.json").write_text(printed, encoding="utf-8")
         pd.testing.assert_frame_equal(npss.leaderboard(tmp_path / "records.json").tidy, board.tidy)
+        with pytest.raises(ValueError, match="protocol: records state their own; it is for files of samples"):
+            npss.leaderboard(tmp_path / "records.json", protocol="srnn-8")
 
         assert baselines(command) == 0  # without --sequences
         plain = npss.leaderboard(json.loads(capsys.readouterr().out))

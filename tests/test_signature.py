@@ -107,6 +107,31 @@ def test_several_conventions_or_none():
     assert npss.parse_signature("mse|version:1")["convention"] is None
 
 
+@pytest.mark.parametrize("text", ["1", "-3", "1.5", "-0.25", "1e5", "2.5e-07", "1e+300", "true", "false", ""])
+def test_text_that_looks_like_a_number_or_a_truth_value_stays_text(text):
+    written = npss.signature(extra={"mine": text}, protocol=text)
+    assert npss.parse_signature(written)["extra"] == {"mine": text}
+    assert npss.parse_signature(written)["protocol"] == text
+    assert '|mine:"' + text.replace("+", "%2B") + '"' in written
+
+
+@pytest.mark.parametrize("value", [0, -1, 1.5, -0.25, 1e300, 5e-324, 2**70, True, False])
+def test_numbers_and_truth_values_stand_bare(value):
+    (read,) = npss.parse_signature(npss.signature(extra={"mine": value}))["extra"].values()
+    assert (read, isinstance(read, bool)) == (value, isinstance(value, bool))
+    assert '"' not in npss.signature(extra={"mine": value})
+
+
+@pytest.mark.parametrize("text", ["a b", "x:y", "a|b", "50 %", "1+1", "%7C", ' "', "ü", "\n", " a", "a "])
+def test_text_is_split_at_no_separator(text):
+    written = npss.signature(extra={"mine": text})
+    assert written.count("|") == 3
+    assert written.count(":") == 3
+    assert "+" not in written
+    assert written.isprintable()
+    assert npss.parse_signature(written)["extra"] == {"mine": text}
+
+
 def test_numbers_are_equal_whatever_holds_them():
     assert npss.signature(fps=25.0) == npss.signature(fps=25) == npss.signature(fps=np.float32(25))
     assert npss.signature(frames=np.int64(3)) == npss.signature(frames=3)
