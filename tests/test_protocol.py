@@ -308,6 +308,12 @@ class TestNormalization:
         assert found.columns == (1,)
         assert found.std == pytest.approx([1, 1.001e-4])
 
+    def test_a_column_at_the_threshold_is_kept(self):
+        """Dropped are those below it; what is kept is not divided by 1."""
+        found = normalization([np.array([[-1e-4], [1e-4]])])
+        assert found.columns == (0,)
+        assert found.std.tolist() == [1e-4]
+
     def test_inputs_are_left_alone_and_statistics_cannot_be_written_to(self):
         clips = poses()
         copies = [clip.copy() for clip in clips]
