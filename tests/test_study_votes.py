@@ -148,7 +148,7 @@ class TestFiles:
             )
             with pytest.raises(ValueError, match=message):
                 study.read_votes(paths[0], again)
-        with pytest.raises(TypeError, match="paths: expected at least one file$"):
+        with pytest.raises(TypeError, match=r"paths: expected at least one file$"):
             study.read_votes()
 
     @pytest.mark.parametrize(
