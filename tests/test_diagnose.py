@@ -388,6 +388,25 @@ def test_other_jumps_are_no_gimbal_flips(jump):
     assert find(gt[..., :2], gt[..., :2], trap="gimbal-flip") == []
 
 
+def test_jumps_of_angles_as_published_are_notes():
+    """In 99 columns, the first six zero in both: then published tables have them, too."""
+    gt, pred = np.zeros((2, 4, 100, 99))
+    gt[..., 50:98], pred[..., 50:98] = walks()[:, 50:], walks(seed=1)[:, 50:]
+    gt[1, 40:, 60] += 2 * np.pi
+    gt[1, :, 60] -= np.pi
+    pred[2, 30:, 70:73] = [np.pi, np.pi, np.pi] + pred[2, 30:, 70:73] * [1, -1, 1]
+    pred[2, :, 71] = np.pi / 2
+    found = [finding for finding in find(gt, pred) if finding.trap in ("wrap", "gimbal-flip")]
+    assert [(one.trap, one.argument, one.severity, one.where) for one in found] == [
+        ("wrap", "gt", "note", (1, 39, 60)), ("gimbal-flip", "pred", "note", (2, 29, 70)),
+    ]  # fmt: skip
+    assert "as in the published tables; npss.unwrap removes them, for another score" in str(found[0])
+    for moved in (gt, pred):
+        moved[0, 0, 5] = 1e-3
+        assert {one.severity for one in find(gt, pred) if one.trap in ("wrap", "gimbal-flip")} == {"warning"}
+        moved[0, 0, 5] = 0
+
+
 def test_noise_flips_nothing():
     noise = np.random.default_rng(0).uniform(-np.pi, np.pi, size=(2, 4, 200, 30))
     assert find(*noise, trap="gimbal-flip") == []

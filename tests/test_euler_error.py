@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from strategies import pairs
 
 import npss
+from npss._euler_error import moving_pair
 
 
 @pytest.mark.parametrize("columns", ["gt", "pred", "all"])
@@ -225,7 +226,7 @@ def test_mse_is_the_mean_of_squares(pair):
     assert npss.mse(gt, pred) == pytest.approx(np.mean((gt - pred) ** 2), rel=1e-12)
 
 
-@pytest.mark.parametrize(("scale", "expected"), [(1e150, 1e300), (1e-100, 1e-200), (1e-200, 0.0)])
+@pytest.mark.parametrize(("scale", "expected"), [(1e150, 1e300), (1e153, 1e306), (1e-100, 1e-200), (1e-200, 0.0)])
 def test_mse_of_huge_and_tiny_values(scale, expected):
     assert npss.mse(np.full((30, 40), scale), np.zeros((30, 40))) == pytest.approx(expected, rel=1e-12, abs=0)
 
@@ -259,3 +260,17 @@ def test_values_that_are_not_finite_are_named(metric, bad):
         broken[name][1, 2, 0] = bad
         with pytest.raises(ValueError, match=rf"^{name}: {bad} at index \(1, 2, 0\)"):
             metric(**broken)
+
+
+@pytest.mark.parametrize("still", [[0, 0, 0], [0, 1, 0], [1, 1, 0], [1, 1, 1]])
+def test_still_sequences_are_left_out_unless_all_are(still):
+    moving, pred = np.random.default_rng(0).normal(size=(2, 3, 6, 2))
+    gt = np.where(np.array(still, bool)[:, np.newaxis, np.newaxis], moving[:, :1], moving)
+    kept = np.arange(3) if all(still) else np.flatnonzero(np.array(still) == 0)
+    truth, prediction, found = moving_pair(gt, pred)
+    assert found.tolist() == [bool(one) for one in still]
+    assert np.array_equal(truth, gt[kept])
+    assert np.array_equal(prediction, pred[kept])
+    one, _, alone = moving_pair(gt[1], pred[1])
+    assert np.array_equal(one, gt[1])
+    assert alone.tolist() == [bool(still[1])]
