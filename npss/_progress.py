@@ -69,7 +69,7 @@ def duration(seconds: float) -> str:
     Examples
     --------
     >>> [duration(seconds) for seconds in (3.2, 100, 7790, 273_000)]
-    ['3 s', '2 min', '2 h 10 min', '3 d 4 h']
+    ['3 s', '2 min', '2 h 10 min', '3 d 3 h']
     """
     if seconds < 90:
         return f"{seconds:.0f} s"
