@@ -8,7 +8,7 @@ import os
 import sys
 
 _NAME = "npss-ascii"  # of the error handler
-_IN_ASCII = {"†": "+", "–": "-", "—": "-", "−": "-", "∞": "inf", "…": "...", "×": "x", "·": "*", "µ": "u", "μ": "u"}
+_IN_ASCII = {"†": "^", "–": "-", "—": "-", "−": "-", "∞": "inf", "…": "...", "×": "x", "·": "*", "µ": "u", "μ": "u"}
 
 
 def allow_any_text() -> None:

@@ -1,5 +1,6 @@
 """Where the disk is full, nothing that was there is lost, and one line names the file."""
 
+import errno
 import os
 import resource
 import subprocess
@@ -13,6 +14,7 @@ from test_command_line import run, samples
 
 import npss
 from npss import study
+from npss._cli import told
 
 OLD = b"what was there before"
 
@@ -152,6 +154,12 @@ def test_standard_output_in_this_process(monkeypatch):
         discard_output()
         print("goes nowhere", flush=True)
         discard_output()
+
+
+def test_what_is_said_of_it():
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert told(full) == "cannot write to standard output: No space left on device"
+    assert told(OSError(*full.args, "runs/walking")) == "cannot open runs/walking: No space left on device"
 
 
 def test_without_standard_output():

@@ -66,10 +66,12 @@ def told(error: Exception, extra: str | None = None) -> str:
     extra : str, optional
         The extra of ``npss`` that a command needs as a whole.
     """
-    if isinstance(error, OSError) and error.errno in _FULL and error.args == (error.errno, os.strerror(error.errno)):
-        return f"cannot write to standard output: {error.strerror}"  # whatever else is written names its file
     if isinstance(error, OSError) and error.strerror:
-        return error.strerror if error.filename is None else f"cannot open {error.filename}: {error.strerror}"
+        if error.filename is not None:
+            return f"cannot open {error.filename}: {error.strerror}"
+        if error.errno in _FULL and error.strerror == os.strerror(error.errno):  # all else that is written is named
+            return f"cannot write to standard output: {error.strerror}"
+        return error.strerror
     if isinstance(error, ModuleNotFoundError) and error.name is not None:
         package = error.name.partition(".")[0]
         if package in _EXTRAS:
