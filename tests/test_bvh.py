@@ -365,7 +365,7 @@ class TestReading:
         assert agrees(read("\ufeff" + ARM), parse(ARM))
 
     def test_any_name_of_a_file(self, tmp_path):
-        (tmp_path / "ARM.BVH").write_text(ARM)
+        (tmp_path / "ARM.BVH").write_text(ARM, encoding="utf-8")
         assert agrees(bvh.read(tmp_path / "ARM.BVH"), parse(ARM))
 
     def test_the_limit_on_numbers(self, read):

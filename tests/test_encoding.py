@@ -21,8 +21,11 @@ def silent(tree):
         modes = [one for one in said if isinstance(one, str) and one.strip("rwax+t") == ""]
         binary = any(isinstance(one, str) and "b" in one and one.strip("rwaxb+") == "" for one in said)
         of_a_path = name == "open" and not binary and (modes or not call.args) and ast.unparse(call.func) != "os.open"
-        text = name in ("read_text", "write_text") and isinstance(call.func, ast.Attribute)
-        if (text or of_a_path or "text" in options or "universal_newlines" in options) and "encoding" not in options:
+        of_text = name in ("read_text", "write_text") and isinstance(call.func, ast.Attribute)
+        of_a_process = any(
+            ast.unparse(options[one]) == "True" for one in {"text", "universal_newlines"} & options.keys()
+        )
+        if (of_text or of_a_path or of_a_process) and "encoding" not in options:
             yield call.lineno
 
 

@@ -193,9 +193,9 @@ class TestHuman36M:
         """The case: walking_1 without its last 1000 rows has other windows, and scored 2.739 under one signature."""
         (tmp_path / "dataset/S5").mkdir(parents=True)
         for clip in (1, 2):
-            lines = (h36m_root / f"dataset/S5/walking_{clip}.txt").read_text().splitlines(keepends=True)
+            lines = (h36m_root / f"dataset/S5/walking_{clip}.txt").read_text(encoding="utf-8").splitlines(keepends=True)
             text = "".join(lines[:-1000] if clip == 1 else lines)
-            (tmp_path / f"dataset/S5/walking_{clip}.txt").write_text(text)
+            (tmp_path / f"dataset/S5/walking_{clip}.txt").write_text(text, encoding="utf-8")
         for windows in h36m.WINDOWS:
             options = ("--h36m", tmp_path, "--actions", "walking", "--windows", windows)
             status, out, error = run(capsys, "zero-velocity", *options)

@@ -220,7 +220,7 @@ def test_one_process_trains_whatever_the_environment_says(tmp_path, cluster, nam
 def test_no_signal_puts_a_job_back_into_the_queue(tmp_path, monkeypatch, cluster, signalled):
     called = tmp_path / "called"
     scontrol = tmp_path / "scontrol"
-    scontrol.write_text(f"#!/bin/sh\ntouch {called}\n")
+    scontrol.write_text(f"#!/bin/sh\ntouch {called}\n", encoding="utf-8")
     scontrol.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
     cluster("slurm")
@@ -254,7 +254,7 @@ def test_what_comes_to_nothing_leaves_no_folder(tmp_path, capsys):
         assert command("train", *SAID, *wrong, "--out", tmp_path / "new" / "r") == 2
         assert message in capsys.readouterr().err
         assert not list(tmp_path.iterdir())
-    (tmp_path / "mine").write_text("kept")
+    (tmp_path / "mine").write_text("kept", encoding="utf-8")
     assert command("train", *SAID, *wrong, "--out", tmp_path) == 2
     assert [file.name for file in tmp_path.iterdir()] == ["mine"]
 
@@ -498,14 +498,14 @@ def test_a_run_that_is_resumed_says_what_is_left(tmp_path, capsys, slow, signall
 
 def test_without_torch_each_command_says_what_to_install(tmp_path):
     """And those that need none work."""
-    (tmp_path / config.FILE).write_text("{}")
+    (tmp_path / config.FILE).write_text("{}", encoding="utf-8")
     code = (
         "import sys; sys.modules['torch'] = None; from baselines.__main__ import main\n"
         "for said in sys.argv[1:]: print(main(said.split()), flush=True)"
     )
     said = ["train", "train vgru-d --help", "params", f"predict {tmp_path} --out x.npz", "train manifold --quick"]
     said += [f"evaluate {tmp_path} --synthetic", f"manifold table {tmp_path}", "evaluate zero-velocity --synthetic"]
-    done = subprocess.run([sys.executable, "-c", code, *said], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", code, *said], capture_output=True, encoding="utf-8", check=True)
     extras = ["baselines"] * 4 + ["manifold", "baselines", "manifold"]
     assert done.stderr.splitlines() == [
         f"python -m baselines: error: this needs torch, which is not installed: pip install 'npss[{extra}]'"
@@ -520,7 +520,7 @@ def test_what_a_run_is_not(tmp_path):
         runs.load(tmp_path / "nowhere")
     with pytest.raises(FileNotFoundError, match=rf"^reading the run {tmp_path}: no config\.json there$"):
         runs.load(tmp_path)
-    (tmp_path / config.FILE).write_text('{"paths": {"h36m": 1}}')
+    (tmp_path / config.FILE).write_text('{"paths": {"h36m": 1}}', encoding="utf-8")
     with pytest.raises(ValueError, match=r"config\.json: paths: expected an object of names and folders"):
         arguments.h36m_of(SimpleNamespace(h36m=None, config=None), [tmp_path])
 

@@ -324,7 +324,9 @@ class TestForms:
 
     def test_names_of_several_lines_stay_in_theirs(self, call, tmp_path):
         votes = tmp_path / "votes.csv"
-        votes.write_text(f'{HEADER}\n"slow\ngait",1,1,M1,"M2\nbig",p1,A\n"slow\ngait",1,1,M1,"M2\nbig",p2,B\n')
+        votes.write_text(
+            f'{HEADER}\n"slow\ngait",1,1,M1,"M2\nbig",p1,A\n"slow\ngait",1,1,M1,"M2\nbig",p2,B\n', encoding="utf-8"
+        )
         scores = [
             {"model": model, "action": "slow\ngait", "npss": {"paper": 1.0}} for model in ("M1", "M2\nbig", "other")
         ]

@@ -198,7 +198,7 @@ class TestFiles:
     def test_bad_headers(self, path, header):
         write(path, header, "walking,1,4,GRU-d,VGRU-d,p1,A")
         if not header:
-            path.write_text(path.read_text().lstrip())
+            path.write_text(path.read_text(encoding="utf-8").lstrip(), encoding="utf-8")
         with pytest.raises(ValueError, match=r"votes\.csv: line 1: expected the columns action, question, .* got"):
             study.read_votes(path)
 
@@ -232,7 +232,7 @@ class TestFiles:
         ]
         with pytest.raises(ValueError, match=r"votes: expected names without blanks .*, got '.*' in vote 2"):
             study.write_votes(path, votes)
-        assert path.read_text() == "old\n"
+        assert path.read_text(encoding="utf-8") == "old\n"
 
 
 class TestCounts:

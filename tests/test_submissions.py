@@ -129,10 +129,10 @@ class TestNames:
     def test_files_of_records_with_the_same_model_are_named(self, tmp_path):
         row = {"model": "m", "action": "a", "npss": {"paper": 1.0}, "signature": npss.signature(frames=50)}
         for name, record in (("one", row), ("two", row), ("eating", row | {"action": "eating"})):
-            (tmp_path / f"{name}.json").write_text(json.dumps([record]))
+            (tmp_path / f"{name}.json").write_text(json.dumps([record]), encoding="utf-8")
         with pytest.raises(ValueError, match=r"two\.json: 'a' of 'm' is in .*one\.json, too$"):
             npss.leaderboard([tmp_path / "one.json", tmp_path / "two.json"])
-        (tmp_path / "broken.json").write_text(json.dumps([row | {"model": []}]))
+        (tmp_path / "broken.json").write_text(json.dumps([row | {"model": []}]), encoding="utf-8")
         with pytest.raises(ValueError, match="records: expected a text 'model' in each"):
             npss.leaderboard([tmp_path / "one.json", tmp_path / "broken.json"])
         board = npss.leaderboard([tmp_path / "one.json", tmp_path / "eating.json"])

@@ -592,10 +592,10 @@ def test_options_that_a_configuration_does_not_state_are_off(tmp_path):
     """Runs that were made before there were such options were trained without them."""
     configuration, _ = arguments.parse(["vgru-ac", "--data", "synthetic", "--out", str(tmp_path / "a")])
     config.write(tmp_path / config.FILE, configuration, "cpu")
-    stated = json.loads((tmp_path / config.FILE).read_text())
+    stated = json.loads((tmp_path / config.FILE).read_text(encoding="utf-8"))
     for option in ("own_past", "restart_derivatives"):
         assert stated["model"].pop(option) is False
-    (tmp_path / config.FILE).write_text(json.dumps(stated))
+    (tmp_path / config.FILE).write_text(json.dumps(stated), encoding="utf-8")
     assert config.read(tmp_path / config.FILE) == configuration
     said = ["vgru-ac", "--data", "synthetic", "--model.own_past", "true", "--out", str(tmp_path / "b")]
     assert arguments.parse(said)[0].model == replace(configuration.model, own_past=True)
