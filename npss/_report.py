@@ -89,8 +89,9 @@ class Report:
         """Return where the score would lie on other blocks of the same kind, as far as the blocks tell.
 
         From ten blocks on, a confidence interval by the studentised bootstrap over blocks, with 9999 resamples. Fewer
-        support none; of them, this is the range: the lowest and the highest score of a block. Sequences that are in
-        no block do not count, so the ends are about `score_in_blocks`.
+        support none: of them, this is the range: the lowest and the highest score of a block. Sequences that are in
+        no block do not count, so the ends are about `score_in_blocks`. On real motion, intervals of 95 % held the score
+        in 75 to 97 % of cases (the documentation has the measurement).
 
         Parameters
         ----------

@@ -14,7 +14,7 @@ from npss._bootstrap import METHOD, RESAMPLES, checked_level
 from npss._checks import Float64
 from npss._fingerprint import differing
 from npss._interval import FEWEST as FEWEST_OF_INTERVAL
-from npss._interval import ends
+from npss._interval import FOUND, ends
 from npss._results import EULER, Result
 from npss._sign_flip import EXACT_UP_TO, FEWEST, SAMPLES, settled, sign_flips
 from npss._ties import tied
@@ -252,7 +252,7 @@ def _of_chance(tested: Sequence[Standing], aside: str, level: float, seed: int) 
         by_action.setdefault(standing.result.action, []).append(standing)
     lines = []
     if any(not standing.is_range for standing in tested):
-        lines.append(f"Intervals: {100 * level:g} %, {METHOD}, {RESAMPLES} resamples, seed {seed}.")
+        lines.append(f"Intervals: {100 * level:g} %, {METHOD}, {RESAMPLES} resamples, seed {seed}; {FOUND}.")
     if any(standing.is_range for standing in tested):
         lines.append(
             f"Range: the lowest and the highest score of a block, of fewer than {FEWEST_OF_INTERVAL}, which support no "
