@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Run the tests marked ``numeric`` again as other machines would: with other kernels and other numbers of threads.
 
-Arguments go to pytest. What a leg leaves of numpy's, OpenBLAS's and torch's kernels is printed beside its result; a leg
-that would change nothing on this machine says so and is left out.
+Run it in the checkout; arguments go to pytest. What a leg leaves of numpy's, OpenBLAS's and torch's kernels is printed
+beside its result; a leg that would change nothing on this machine says so and is left out.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 
@@ -49,6 +50,7 @@ def run(name: str, variables: Mapping[str, str]) -> bool:
     if not all(variables.values()):
         print(f"{name}: nothing to turn off on this machine", flush=True)
         return True
+    files = [str(path) for path in sorted(Path("tests").glob("test_*.py")) if "mark.numeric" in path.read_text()]
     environment = {"OMP_NUM_THREADS": "1"} | os.environ | variables
     start = time.monotonic()
     left = subprocess.run(
@@ -59,7 +61,7 @@ def run(name: str, variables: Mapping[str, str]) -> bool:
         check=True,
     )
     tests = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-m", "numeric", *sys.argv[1:]],
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:randomly", "-m", "numeric", *files, *sys.argv[1:]],
         env=environment,
         capture_output=True,
         text=True,

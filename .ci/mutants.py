@@ -38,7 +38,7 @@ ROOT = Path(__file__).resolve().parent.parent
 #: The modules of each group, with the test files that cover them.
 GROUPS: dict[str, dict[str, str]] = {
     "metric": {
-        "_convention.py _exact_sum.py _kernel.py _power.py": "score exact_sum kernel properties",
+        "_convention.py _exact_sum.py _kernel.py _power.py": "score exact_sum kernel",
         "_accumulator.py _frames.py _score.py": "score accumulator frames workers",
     },
     "rotations": {
@@ -58,6 +58,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
 }
 SHARE_KILLED, SHARE_LISTED = 0.95, 0.10
+MEMORY = 4 * 2**30  # bytes that a process may take
 LOG = "tests.log"  # what the last run printed, in the copy of the checkout
 FIELDS = ("function", "before", "after")  # of the list of equivalent mutants
 SECONDS = Path("seconds.json")  # how long each test takes
@@ -71,6 +72,7 @@ class Mutant(NamedTuple):
     before: str
     after: str
     code: str
+    original: str
 
     @property
     def key(self) -> tuple[str, str, str]:
@@ -129,7 +131,7 @@ def _mutant(path: Path, operator: str, occurrence: int, function: str) -> Mutant
         return None
     lines = list(difflib.ndiff(code.splitlines(), changed.splitlines()))
     before, after = (" ".join(line[2:].strip() for line in lines if line.startswith(sign)) for sign in "-+")
-    return Mutant(path, function, before, " ".join(after.split()), changed)
+    return Mutant(path, function, before, " ".join(after.split()), changed, code)
 
 
 class _Names:
@@ -197,6 +199,7 @@ def passes(tests: list[str], seconds: float) -> tuple[bool, float]:
     if child == 0:
         os.setsid()
         resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 5))
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         log = os.open(LOG, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         for descriptor in (1, 2):
@@ -240,21 +243,22 @@ def run(group: str, size: int, seed: int, equivalent: set[tuple[str, str, str]],
     rest = [one for one in mutants if one.key not in equivalent]
     print(f"{group}: {len(mutants)} mutants, {len(mutants) - len(rest)} of them listed as equivalent", flush=True)
     n_killed = 0
-    for path, chosen in itertools.groupby(sorted(rest, key=lambda one: paths.index(one.path)), lambda one: one.path):
+    rest.sort(key=lambda one: (tests[one.path], one.path))
+    for covering, chosen in itertools.groupby(rest, lambda one: tests[one.path]):
         SECONDS.unlink(missing_ok=True)
-        passed, seconds = passes(tests[path], 3600)
+        passed, seconds = passes(covering, 3600)
         if not passed:
-            raise SystemExit(f"{Path(LOG).read_text()}\nthe tests of {path} fail without any mutant")
-        print(f"{path}: {' '.join(tests[path])} take {seconds:.0f} s", flush=True)
+            raise SystemExit(f"{Path(LOG).read_text()}\nthe tests fail without any mutant")
+        print(f"{' '.join(covering)}: {seconds:.0f} s", flush=True)
         for mutant in chosen:
-            path.write_text(mutant.code)
-            passed, _ = passes(tests[path], 3 * seconds + 20)
-            path.write_text((ROOT / path).read_text())
+            mutant.path.write_text(mutant.code)
+            passed, _ = passes(covering, 3 * seconds + 20)
+            mutant.path.write_text(mutant.original)
             n_killed += not passed
             if passed:
                 lines = (mutant.function, mutant.before, mutant.after)
                 fields = [f"{name} = '''{line}'''" for name, line in zip(FIELDS, lines, strict=True)]
-                print("[[mutant]]  # survives", *fields, sep="\n", flush=True)
+                print(f"[[mutant]]  # of {mutant.path} survives", *fields, sep="\n", flush=True)
     share = n_killed / max(1, len(rest))
     print(f"{group}: {n_killed} of {len(rest)} killed, {share:.1%}", flush=True)
     return share >= SHARE_KILLED and len(mutants) - len(rest) <= SHARE_LISTED * len(mutants)

@@ -12,6 +12,8 @@ from strategies import pairs
 
 import npss
 
+pytestmark = pytest.mark.numeric
+
 CONVENTIONS = st.sampled_from([*npss.CONVENTIONS, npss.Convention(bins="one-sided", weight="uniform")])
 
 

@@ -13,6 +13,8 @@ from baselines.manifold.autoencoder import Autoencoder, AutoencoderConfig, TiedL
 from baselines.manifold.normalization import SCALES, Normalization, normalization
 from baselines.manifold.projector import Manifold, mirrored
 
+pytestmark = pytest.mark.numeric
+
 SMALL = AutoencoderConfig(n_features=9, widths=(5, 7, 6), kernel=5)
 
 

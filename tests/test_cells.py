@@ -12,6 +12,8 @@ torch = pytest.importorskip("torch", reason="needs torch")
 from baselines.models.cells import CodeCell, GRUCell  # noqa: E402
 from baselines.models.derivatives import derivatives, next_derivatives, no_past, own_past, past_of  # noqa: E402
 
+pytestmark = pytest.mark.numeric
+
 B, D, P, H = 3, 5, 4, 6
 BODY = {"code": lambda: CodeCell(D, P, H), "text": lambda: GRUCell(D + P, H)}
 

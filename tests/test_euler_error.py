@@ -13,6 +13,8 @@ from strategies import pairs
 import npss
 from npss._euler_error import moving_pair
 
+pytestmark = pytest.mark.numeric
+
 
 @pytest.mark.parametrize("columns", ["gt", "pred", "all"])
 @given(pair=pairs())

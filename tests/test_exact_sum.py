@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from npss import _exact_sum
 from npss._exact_sum import UNIT, exact_sum
 
+pytestmark = pytest.mark.numeric
+
 FLOATS = st.lists(st.floats(allow_nan=False, allow_infinity=False), max_size=30)
 
 

@@ -13,6 +13,8 @@ import npss
 from npss import _kernel, _power
 from npss._convention import Convention
 
+pytestmark = pytest.mark.numeric
+
 CHOICES = {field: get_args(kind) for field, kind in get_type_hints(Convention).items()}
 ALL = [Convention(**dict(zip(CHOICES, values, strict=True))) for values in itertools.product(*CHOICES.values())]
 SOME = [*npss.CONVENTIONS.values(), Convention(bins="one-sided", zero="empty")]

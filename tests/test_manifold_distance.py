@@ -8,6 +8,8 @@ from hypothesis.extra import numpy as hnp
 
 from baselines.manifold.distance import extremes, g
 
+pytestmark = pytest.mark.numeric
+
 codes = hnp.arrays(np.float64, (6, 3), elements=st.floats(-1, 1, width=32))
 
 

@@ -18,6 +18,8 @@ from baselines.manifold.resample import resample
 from baselines.manifold.windows import STEP, WINDOW, left_out, windows_of
 from npss.skeleton import Skeleton
 
+pytestmark = pytest.mark.numeric
+
 J = {name: j for j, name in enumerate(JOINTS.names)}
 SEEDS = st.integers(0, 2**32 - 1)
 

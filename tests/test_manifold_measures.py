@@ -8,6 +8,8 @@ import npss
 from baselines.data.motion import JOINTS
 from baselines.manifold import measures
 
+pytestmark = pytest.mark.numeric
+
 SHAPE = (3, 12, 20, 3)
 ANKLE = JOINTS.names.index("LeftFoot")
 

@@ -147,6 +147,7 @@ def test_a_prediction_is_the_seed_read_and_then_itself(name):
         torch.testing.assert_close(predicted, expected[:, S - 1 :])
 
 
+@pytest.mark.numeric
 @every_model
 @pytest.mark.parametrize("training", [False, True])
 def test_open_and_closed_loop_are_those_of_steps(name, training):

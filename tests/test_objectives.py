@@ -15,6 +15,8 @@ from baselines.models.mbr import MBR, MBRConfig  # noqa: E402
 from baselines.training.objectives import Statistics, conditioned, loss, noisy  # noqa: E402
 from baselines.training.recipe import REGIMES, Recipe  # noqa: E402
 
+pytestmark = pytest.mark.numeric
+
 S, K, B = 4, 6, 3
 EQ6 = ((0, 0.5),)
 

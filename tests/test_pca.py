@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 from baselines.manifold import pca
 from baselines.manifold.normalization import Normalization
 
+pytestmark = pytest.mark.numeric
+
 PLAIN = Normalization(np.zeros(6), np.ones(6))
 SCALED = Normalization(np.array([1.0, -2, 0, 3, 0, 5]), np.array([1.0, 2, 0.5, 4, 1, 0.1]))
 

@@ -9,6 +9,8 @@ from npss import euler_error_curve, poses_to_euler
 from npss._files import read_poses
 from npss.rotations import expmap_to_euler
 
+pytestmark = pytest.mark.numeric
+
 both = pytest.mark.parametrize("legacy", [False, True])
 
 

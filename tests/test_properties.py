@@ -310,6 +310,7 @@ def breaks(metric, property_):
 SHAPES = [(4, 2, 3), (7, 9, 5), (60, 30, 13), (5, 100, 54), (3, 257, 20), (6, 1009, 8), (2, 3, 40_000), (700, 25, 60)]
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("name", npss.CONVENTIONS)
 @pytest.mark.parametrize("huge", [False, True])
 @pytest.mark.parametrize("shape", SHAPES)

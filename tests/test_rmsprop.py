@@ -9,6 +9,8 @@ torch = pytest.importorskip("torch", reason="needs torch")
 
 from baselines.training.rmsprop import RMSpropTF  # noqa: E402
 
+pytestmark = pytest.mark.numeric
+
 
 def gradients(n, shape=(3, 2), seed=0):
     return np.random.default_rng(seed).normal(size=(n, *shape))

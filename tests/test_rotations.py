@@ -13,6 +13,8 @@ from rotation_strategies import ARGUMENTS, FORMS, LETTERS, PAIRS, converter, exp
 from npss import rotations
 from npss.rotations import expmap_to_euler, expmap_to_matrix, geodesic_angle
 
+pytestmark = pytest.mark.numeric
+
 every_pair = pytest.mark.parametrize(("source", "target"), PAIRS)
 every_form = pytest.mark.parametrize("form", FORMS)
 both_precisions = pytest.mark.parametrize("dtype", [np.float64, np.float32])

@@ -14,6 +14,8 @@ from npss.rotations import (
     quaternion_to_matrix,
 )
 
+pytestmark = pytest.mark.numeric
+
 COUNT = 150
 
 

@@ -20,6 +20,8 @@ from npss.rotations import (
     quaternion_to_euler,
 )
 
+pytestmark = pytest.mark.numeric
+
 
 def is_proper(seq):
     return seq.upper() in PROPER

@@ -9,6 +9,8 @@ from rotation_strategies import sample
 
 from npss.rotations import euler_to_matrix, expmap_to_euler, expmap_to_matrix, geodesic_angle, matrix_to_expmap
 
+pytestmark = pytest.mark.numeric
+
 EPSILON = np.finfo(np.float32).eps
 
 

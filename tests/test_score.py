@@ -8,6 +8,8 @@ from strategies import pairs
 
 import npss
 
+pytestmark = pytest.mark.numeric
+
 NAMES = tuple(npss.CONVENTIONS)
 
 

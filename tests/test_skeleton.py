@@ -13,6 +13,8 @@ from baselines.data import gait, h36m
 from npss import poses_to_euler
 from npss.skeleton import FEATURE_NAMES, H36M, Skeleton, poses_to_positions
 
+pytestmark = pytest.mark.numeric
+
 JOINT = {name: j for j, name in enumerate(H36M.names)}
 
 

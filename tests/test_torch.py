@@ -51,6 +51,7 @@ def motion():
 # --- the number -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.numeric
 @given(pair=pairs(), convention=st.sampled_from([*NAMES, *EVERY_CONVENTION]))
 def test_equals_the_score_of_arrays(pair, convention):
     expected = npss.score(*pair, convention=convention)
@@ -68,6 +69,7 @@ def test_single_precision(pair, convention):
     assert value.item() == pytest.approx(npss.score(gt, pred, convention=convention), rel=1e-4, abs=1e-5)
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("name", NAMES)
 @given(pair=pairs(max_n=2, max_t=12, max_d=2))
 def test_equals_the_definition(name, pair):
@@ -75,6 +77,7 @@ def test_equals_the_definition(name, pair):
     assert value == pytest.approx(oracles.npss(*pair, name), rel=1e-10, abs=1e-10)
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("convention", EVERY_CONVENTION)
 @pytest.mark.parametrize("n_frames", [2, 3, 8, 9])
 def test_every_convention(convention, n_frames):
@@ -145,6 +148,7 @@ def test_on_a_gpu(dtype, name):
 # --- gradients --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("convention", [*NAMES, *EVERY_CONVENTION[1::5]])
 @pytest.mark.parametrize("n_frames", [6, 7])
 def test_gradients_are_those_of_finite_differences(convention, n_frames):

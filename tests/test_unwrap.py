@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 import npss
 
+pytestmark = pytest.mark.numeric
+
 SMOOTH = st.integers(0, 2**32 - 1).map(
     lambda seed: np.random.default_rng(seed).uniform(-3, 3, size=(2, 12, 3)).cumsum(axis=1)
 )

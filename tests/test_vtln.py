@@ -124,6 +124,7 @@ def test_shapes(variant, poses, label):
 # --- what it computes -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_step_by_step_and_by_hand_it_is_the_same(variant, poses, label):
     model = make(**variant)
@@ -138,6 +139,7 @@ def test_step_by_step_and_by_hand_it_is_the_same(variant, poses, label):
             assert torch.allclose(a, b, rtol=0, atol=1e-12)
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("cell", CELLS)
 def test_in_single_precision_loss_and_gradients_agree(cell, label):
     n_units, n_frames = 64, 40
@@ -160,6 +162,7 @@ def test_in_single_precision_loss_and_gradients_agree(cell, label):
     assert (slow - fast)[1:].norm() <= tolerance * slow[1:].norm()
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_open_loop_is_the_formulas(variant, poses, label):
     model = make(**variant | {"dropout": 0.0})
