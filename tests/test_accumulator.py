@@ -82,6 +82,16 @@ def test_merging_in_place_and_not(pair):
     assert (empty | first).state() == (first | empty).state() == first.state()
 
 
+def test_the_state_of_nothing(pair):
+    assert npss.Accumulator().state() == {
+        "signature": "npss|version:1|convention:paper|frames:0",
+        "features": 0,
+        "sequences": 0,
+        "numerator": "0",
+        "denominator": "0",
+    }
+
+
 def test_it_says_what_it_is(pair):
     accumulator = npss.Accumulator(convention="released").update(*pair)
     assert repr(accumulator) == "<npss.Accumulator of 5 sequences, convention released>"
@@ -136,26 +146,26 @@ class TestRefuses:
             accumulator |= {}
 
     @pytest.mark.parametrize(
-        "change",
+        ("change", "message"),
         [
-            {"signature": "npss|version:2|convention:paper|frames:12"},
-            {"signature": "npss|version:1|convention:paper"},
-            {"signature": "mse|version:1|frames:12"},
-            {"signature": "npss|version:1|convention:paper|frames:many"},
-            {"signature": "nonsense"},
-            {"features": -1},
-            {"features": 2.5},
-            {"features": True},
-            {"sequences": 0},
-            {"numerator": "-1"},
-            {"numerator": "xyz"},
-            {"numerator": 3},
-            {"extra": 1},
+            ({"signature": "npss|version:2|convention:paper|frames:12"}, "version"),
+            ({"signature": "npss|version:1|convention:paper"}, "of version 1 of the metric"),
+            ({"signature": "mse|version:1|frames:12"}, "of version 1 of the metric"),
+            ({"signature": "npss|version:1|convention:paper|frames:many"}, "signature"),
+            ({"signature": "nonsense"}, "signature"),
+            ({"features": -1}, "features and sequences must be whole numbers"),
+            ({"features": 2.5}, "features and sequences must be whole numbers"),
+            ({"features": True}, "features and sequences must be whole numbers"),
+            ({"sequences": 0}, "do not belong together"),
+            ({"numerator": "-1"}, "do not belong together"),
+            ({"numerator": "xyz"}, "its sums must be hexadecimal"),
+            ({"numerator": 3}, "its sums must be hexadecimal"),
+            ({"extra": 1}, "expected a dict with the keys"),
         ],
     )
-    def test_what_is_no_state(self, pair, change):
+    def test_what_is_no_state(self, pair, change, message):
         state = npss.Accumulator().update(*pair).state()
-        with pytest.raises(ValueError, match=r"state|signature"):
+        with pytest.raises(ValueError, match=message):
             npss.Accumulator.from_state({**state, **change})
         with pytest.raises(ValueError, match="state: expected a dict"):
             npss.Accumulator.from_state([])

@@ -1,5 +1,6 @@
 """Threads: the same bits, the same errors, and only as many as were asked for."""
 
+import concurrent.futures
 import os
 
 import numpy as np
@@ -9,7 +10,7 @@ from strategies import pairs
 
 import npss
 from npss import _kernel
-from npss._score import n_workers
+from npss._score import n_workers, weighted_sums
 
 
 @pytest.fixture
@@ -26,6 +27,28 @@ def test_the_bits_do_not_depend_on_the_number_of_threads(small_blocks, name, wor
     assert npss.score(gt, pred, convention=name, workers=workers) == npss.score(gt, pred, convention=name)
     windows = npss.score_windows(gt, pred, fps=10, edges_s=(0, 1, 3), convention=name)
     assert npss.score_windows(gt, pred, fps=10, edges_s=(0, 1, 3), convention=name, workers=workers) == windows
+
+
+def test_no_thread_is_started_unless_asked_for(small_blocks, monkeypatch):
+    def refuse(self, *arguments, **options):
+        raise AssertionError("a pool of threads")
+
+    gt, pred = np.random.default_rng(0).normal(size=(2, 4, 30, 5))
+    monkeypatch.setattr(concurrent.futures.ThreadPoolExecutor, "__init__", refuse)
+    npss.score(gt, pred)
+    npss.score_windows(gt, pred, fps=10, edges_s=(0, 1, 3))
+    npss.Accumulator().update(gt, pred)
+    with pytest.raises(AssertionError, match="a pool of threads"):
+        npss.score(gt, pred, workers=2)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_progress_is_told_after_every_block(small_blocks, workers):
+    gt, pred = np.random.default_rng(0).normal(size=(2, 2, 30, 24))
+    assert len(_kernel.blocks(gt)) == 2 * 24
+    told = []
+    weighted_sums(gt, pred, npss.Convention(), workers=workers, progress=told.append)
+    assert told == [done / 48 for done in range(1, 49)]
 
 
 @given(pair=pairs(max_n=6))
