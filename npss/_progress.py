@@ -49,7 +49,7 @@ class Progress:
                 sys.stderr.flush()
         elif now >= self._next:
             self._next = now + _EVERY
-            print(f"{self._what}: {share:.0%} done, about {left} left", file=sys.stderr, flush=True)
+            print(f"{self._what}: {share:.1%} done, about {left} left", file=sys.stderr, flush=True)
 
     def __enter__(self) -> Progress:
         return self

@@ -449,7 +449,7 @@ def test_how_long_it_takes_is_said_at_once(tmp_path, capsys, slow):
     said = capsys.readouterr()
     first, *later = said.err.splitlines()
     assert first == "about 16 s for 10 iterations; --iterations N trains for fewer, all schedules in proportion"
-    assert later == ["training: 60% done, about 8 s left"]
+    assert later == ["training: 60.0% done, about 8 s left"]
     assert "\r" not in said.err
     assert said.out == ""
 

@@ -60,8 +60,8 @@ def test_where_there_is_no_terminal_a_line_now_and_then(monkeypatch, clock):
         for i in range(1, 101):
             progress(i / 100)
     assert text.getvalue().splitlines() == [
-        "counting: 10% done, about 2 min left",
-        "counting: 70% done, about 30 s left",
+        "counting: 10.0% done, about 2 min left",
+        "counting: 70.0% done, about 30 s left",
     ]
     assert "\r" not in text.getvalue()
     assert "\x1b" not in text.getvalue()
