@@ -16,6 +16,7 @@ import argparse
 import ast
 import difflib
 import hashlib
+import importlib.util
 import itertools
 import json
 import os
@@ -227,6 +228,12 @@ def passes(tests: list[str], seconds: float) -> tuple[bool, float]:
     return status == 0, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
+def write(path: Path, code: str) -> None:
+    """Write code, and drop the bytecode: to Python, two mutants of one size and one second look the same."""
+    path.write_text(code)
+    Path(importlib.util.cache_from_source(str(path))).unlink(missing_ok=True)
+
+
 def files(folder: str, patterns: str) -> list[Path]:
     """Return the files of the checkout that patterns, separated by blanks, stand for."""
     return [path.relative_to(ROOT) for pattern in patterns.split() for path in sorted((ROOT / folder).glob(pattern))]
@@ -251,9 +258,9 @@ def run(group: str, size: int, seed: int, equivalent: set[tuple[str, str, str]],
             raise SystemExit(f"{Path(LOG).read_text()}\nthe tests fail without any mutant")
         print(f"{' '.join(covering)}: {seconds:.0f} s", flush=True)
         for mutant in chosen:
-            mutant.path.write_text(mutant.code)
+            write(mutant.path, mutant.code)
             passed, _ = passes(covering, 3 * seconds + 20)
-            mutant.path.write_text(mutant.original)
+            write(mutant.path, mutant.original)
             n_killed += not passed
             if passed:
                 lines = (mutant.function, mutant.before, mutant.after)
@@ -278,7 +285,6 @@ def main() -> int:
         listed = tomllib.load(file).get("mutant", [])
     equivalent = {(one["function"], one["before"], one["after"]) for one in listed if one["reason"]}
     os.environ["OMP_NUM_THREADS"] = "1"
-    sys.dont_write_bytecode = True  # two mutants of one size, made within a second, would look the same
     with tempfile.TemporaryDirectory() as folder:
         for name in ("npss", "baselines", "tests", "docs", "pyproject.toml"):
             copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
