@@ -11,6 +11,7 @@ import stat
 import zipfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -23,6 +24,7 @@ from npss._checks import Array
 MAX_SIZE = 2.0
 
 _GIB = 2**30
+_HEAD = 2**14  # bytes, more than numpy trusts of a header; it would read all that one claims to have before it says so
 _NUMBER = 8  # bytes: all is computed in float64
 
 
@@ -131,11 +133,12 @@ class _Npz:
         if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             raise ValueError(f"{name}: compressed in a way that numpy does not write")
         with self._archive.open(member) as stream:
-            try:
-                read = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
-                shape, _, dtype = read[npy.read_magic(stream)](stream)
-            except (KeyError, ValueError) as error:
-                raise ValueError(f"{name}: not a .npy array ({error})") from error
+            head = BytesIO(stream.read(_HEAD))
+        try:
+            read = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
+            shape, _, dtype = read[npy.read_magic(head)](head)
+        except (KeyError, ValueError) as error:
+            raise ValueError(f"{name}: not a .npy array ({error})") from error
         # numpy would make room for the whole array before it sees that the file is shorter.
         if not dtype.hasobject and (size := math.prod(shape) * dtype.itemsize) > member.file_size:
             raise ValueError(f"{name}: its shape {shape} is of {size} bytes, and there are {member.file_size}")

@@ -298,6 +298,12 @@ class TestNpz:
         with pytest.raises(ValueError, match=r"a\.npz: a: not a \.npy array"):
             read_pair(path, path)
 
+    def test_a_header_that_claims_to_be_long(self, tmp_path):
+        bomb = b"\x93NUMPY\x02\x00" + (2**25).to_bytes(4, "little") + bytes(2**25)
+        names = ("expmap/gt/walking_0.npy", "expmap/preds/walking_0.npy")
+        path = self.write(tmp_path / "a.npz", [(name, bomb) for name in names])
+        refused(path, r"expmap/gt/walking_0: not a \.npy array")
+
     def test_other_members_are_no_arrays(self, tmp_path, poses):
         path = self.write(tmp_path / "a.npz", [("readme.txt", "x"), ("a.npy", self.npy(poses[0]))])
         assert read_pair(path, path)[0].name == "a"
