@@ -288,6 +288,10 @@ class TestErrors:
         if preds:
             assert str(raised.value).endswith(f"; for {next(iter(preds))!r} of preds")
 
+    def test_names_that_are_drawn_alike(self, motion):
+        with pytest.raises(ValueError, match=r"^preds: two models are called 'a b'; for 'a  b' of preds"):
+            npss.plot.errors(motion[0], {"a b": motion[1], "a  b": motion[1]}, fps=25)
+
     @pytest.mark.parametrize("options", [{"fps": -1}, {"fps": 25, "level": 1}])
     def test_bad_options(self, motion, options):
         with pytest.raises(ValueError, match=r"^(fps|level): expected"):

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from npss._blocks import Blocks, Label, read_groups
-from npss._checks import positive_number
+from npss._checks import Float64, positive_number
 from npss._euler_error import moving_pair, sequence_errors
 from npss._fields import Value
 from npss._interval import ends, method
@@ -91,13 +91,15 @@ def errors(
         raise TypeError(f"preds: expected a mapping of names to predictions, got {type(preds).__name__}")
     if not preds:
         raise ValueError("preds: no model to draw")
-    curves = {}
+    curves: dict[str, Float64] = {}
     for name, pred in preds.items():
         try:
+            if (shown := model_name(name)) in curves:
+                raise ValueError(f"preds: two models are called {shown!r}")
             moving, predicted, still = moving_pair(gt, pred)
             curve = np.zeros((len(still), moving.shape[-2]))
             curve[~still] = sequence_errors(moving, predicted)
-            curves[model_name(name)] = curve  # (N, T)
+            curves[shown] = curve  # (N, T)
         except (TypeError, ValueError) as error:
             raise type(error)(f"{error}; for {name!r} of preds") from None
 
