@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from npss import published as published_rows
 from npss._arrays import MAX_SIZE
 from npss._blocks import Blocks, Label, read_groups
-from npss._checks import positive_number
+from npss._checks import each, positive_number
 from npss._fields import Value, check_names
 from npss._methods import averaged, read_methods
 from npss._records import Record
@@ -161,14 +161,18 @@ def _in_blocks(results: Sequence[Result], groups: Any) -> list[Result]:
     if not isinstance(groups, Mapping):
         if len(actions) > 1:
             raise TypeError(f"groups: expected labels by action, of {', '.join(actions)}")
-        groups = {actions[0]: list(groups)}
+        groups = {actions[0]: groups}
     if unknown := [action for action in groups if action not in actions]:
         raise ValueError(f"groups: no action is called {unknown[0]!r}; there are {', '.join(actions)}")
+    names = {action: f"groups: {action or 'all'}" for action in groups}
+    labels_of = {action: each(names[action], labels, "labels") for action, labels in groups.items()}
+    known = {result.action for result in results if result.weight is not None}
+    if useless := [action for action in groups if action not in known]:
+        raise ValueError(f"{names[useless[0]]}: the single sequences of these numbers are not known")
     found = []
     for result in results:
         if result.weight is not None and result.action in groups:
-            name = f"groups: {result.action or 'all'}"
-            labels = read_groups(name, groups[result.action], len(result.weight))
+            labels = read_groups(names[result.action], labels_of[result.action], len(result.weight))
             Blocks(labels, result.weight)  # of which one has power
             result = replace(result, groups=labels)
         found.append(result)

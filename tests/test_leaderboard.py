@@ -312,6 +312,20 @@ class TestGroups:
             npss.leaderboard(reports, groups=["a", "b", "c"])
         with pytest.raises(TypeError, match="groups: all: expected text, a whole number, or None for no block"):
             npss.leaderboard(reports, groups=[0.5] * 8)
+        for single in ("abcdefgh", 5, {"": "abcdefgh"}):
+            with pytest.raises(TypeError, match="groups: all: expected a sequence of labels, got"):
+                npss.leaderboard(reports, groups=single)
+
+    def test_labels_that_can_be_read_once(self, reports):
+        for groups in (iter(LABELS), {"": iter(LABELS)}):
+            assert set(npss.leaderboard(reports, groups=groups).tidy["blocks"]) == {5}
+
+    def test_of_numbers_without_sequences(self, poses):
+        from npss._records import measure
+
+        record = {"model": "m", "action": "a", **measure(poses["gt"][..., ANGLES], poses["far"][..., ANGLES])}
+        with pytest.raises(ValueError, match="groups: a: the single sequences of these numbers are not known"):
+            npss.leaderboard([record], groups=LABELS)
 
     def test_files_of_groups(self, capsys, tmp_path, folder):
         path = tmp_path / "groups.json"
