@@ -101,7 +101,7 @@ def add_max_size(parser: argparse._ActionsContainer) -> None:
         type=_positive,
         default=MAX_SIZE,
         metavar="GIB",
-        help=f"how much memory the arrays of one .h5 or .npz file may take, in GiB (default: {MAX_SIZE:g})",
+        help=f"allow the arrays of one .h5 or .npz file this much memory, in GiB (default: {MAX_SIZE:g})",
     )
 
 

@@ -266,8 +266,8 @@ def _of_chance(tested: Sequence[Standing], aside: str, level: float, seed: int) 
     )
     if any(standing.behind and standing.behind[1] < FEWEST for standing in tested):
         lines.append(
-            f"4/5, for one: the best{aside} is better in 4 of 5 blocks. Fewer than {FEWEST} blocks give no p-value and "
-            "no mark."
+            f"4/5, for example: the best{aside} is better in 4 of 5 blocks. Fewer than {FEWEST} blocks give no p-value "
+            "and no mark."
         )
     described: dict[str, list[str]] = {}
     for action, found in by_action.items():

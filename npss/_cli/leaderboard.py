@@ -44,7 +44,7 @@ def add_parser(commands: Any) -> None:
 
 def add_protocol(parser: argparse.ArgumentParser) -> None:
     """Add the option that says what files of samples do not say."""
-    parser.add_argument("--protocol", help="which test windows the samples are of, to be stated in the signature")
+    parser.add_argument("--protocol", help="state in the signature which test windows the samples are of")
 
 
 def add_groups(parser: argparse.ArgumentParser) -> None:
@@ -53,8 +53,8 @@ def add_groups(parser: argparse.ArgumentParser) -> None:
         "--groups",
         type=Path,
         metavar="FILE",
-        help="the blocks of sequences that depend on each other (JSON): for each action a list with a label for each "
-        "sequence, null for one in no block; --protocol srnn-8 or random-256 knows its own",
+        help="read from this file (JSON) which sequences depend on each other: for each action a list with a label for "
+        "each sequence, null for one in no block; --protocol srnn-8 or random-256 knows its own",
     )
 
 
@@ -87,7 +87,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar=("NAME", "MODEL"),
         help="average the models that follow NAME, three or more runs of one method that differ in their seed",
     )
-    parser.add_argument("--level", type=float, default=0.95, help="of intervals and marks (default: 0.95)")
+    parser.add_argument("--level", type=float, default=0.95, help="give intervals and marks this level (default: 0.95)")
     parser.add_argument("--format", choices=FORMATS, default="text")
     add_max_size(parser)
 

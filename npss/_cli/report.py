@@ -42,7 +42,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "paths", nargs="+", type=Path, metavar="PATH", help="a folder of .h5 or .npz samples, or such files"
     )
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="the page to write")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="write the page to this file")
     add_protocol(parser)
     add_groups(parser)
     add_options(parser)

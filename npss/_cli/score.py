@@ -47,17 +47,22 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--expmap",
         action="store_true",
-        help="GT and PRED hold Human3.6M exponential maps (99 columns): convert them to Euler angles first",
+        help="convert GT and PRED, Human3.6M exponential maps (99 columns), to Euler angles first",
     )
-    parser.add_argument("--key", metavar="NAME", help="the array of .npz files to score (default: all of them)")
-    parser.add_argument("--representation", help="what the arrays hold, to be stated in the signature")
-    parser.add_argument("--protocol", help="which test windows these are, to be stated in the signature")
-    parser.add_argument("--fps", type=float, help="frames per second, to be stated in the signature")
+    parser.add_argument("--key", metavar="NAME", help="score this array of .npz files alone (default: all of them)")
+    parser.add_argument("--representation", help="state in the signature what the arrays hold")
+    parser.add_argument("--protocol", help="state in the signature which test windows these are")
+    parser.add_argument("--fps", type=float, help="give the frames per second, which the signature states")
     parser.add_argument(
         "--windows", type=float, nargs="+", default=(), metavar="S", help="score windows with these edges in seconds"
     )
     parser.add_argument(
-        "--at-ms", type=float, nargs="+", default=(), metavar="MS", help="Euler error at these times in milliseconds"
+        "--at-ms",
+        type=float,
+        nargs="+",
+        default=(),
+        metavar="MS",
+        help="print the Euler error at these times in milliseconds",
     )
     parser.add_argument(
         "--unwrap",
@@ -65,7 +70,9 @@ def add_parser(commands: Any) -> None:
         default="off",
         help="remove jumps of 2 pi before scoring (not done by default)",
     )
-    parser.add_argument("--workers", type=int, default=1, metavar="N", help="threads; -1 for all CPUs (default: 1)")
+    parser.add_argument(
+        "--workers", type=int, default=1, metavar="N", help="use this many threads; -1 for all CPUs (default: 1)"
+    )
     add_max_size(parser)
     parser.set_defaults(run=run)
 

@@ -64,7 +64,7 @@ def add_parser(commands: Any) -> None:
 
 def _add_plan(forms: Any) -> None:
     parser: argparse.ArgumentParser = forms.add_parser(
-        "plan", help="how many questions a study needs", description=_PLAN
+        "plan", help="say how many questions a study needs", description=_PLAN
     )
     parser.add_argument(
         "p_a", type=float, metavar="P_A", help="the share of questions on which the first metric is right"
@@ -76,12 +76,14 @@ def _add_plan(forms: Any) -> None:
         type=float,
         default=0.8,
         metavar="P",
-        help="how probably the test is to find the difference (default: %(default)s)",
+        help="find the difference with this probability (default: %(default)s)",
     )
-    wanted.add_argument("--questions", type=int, metavar="N", help="say the power of so many questions instead")
+    wanted.add_argument("--questions", type=int, metavar="N", help="say the power of this many questions instead")
     parser.add_argument("--alternative", choices=ALTERNATIVES, default=ALTERNATIVES[0], help="default: %(default)s")
-    parser.add_argument("--alpha", type=float, default=0.05, metavar="P", help="level of significance (default: 0.05)")
-    parser.add_argument("--no-correction", action="store_true", help="without Yates' correction")
+    parser.add_argument(
+        "--alpha", type=float, default=0.05, metavar="P", help="test at this level of significance (default: 0.05)"
+    )
+    parser.add_argument("--no-correction", action="store_true", help="leave out Yates' correction")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: %(default)s")
     parser.set_defaults(run=_plan)
 
@@ -89,14 +91,14 @@ def _add_plan(forms: Any) -> None:
 def _add_page(forms: Any) -> None:
     parser: argparse.ArgumentParser = forms.add_parser("page", help="make the page of a survey")
     parser.add_argument("directory", type=Path, metavar="DIR", help="samples of each model: MODEL.h5 or MODEL.npz")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="where to write the page")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="write the page to this file")
     parser.add_argument(
-        "--questions", type=int, default=20, metavar="N", help="how many questions (default: 20, as in the paper)"
+        "--questions", type=int, default=20, metavar="N", help="ask this many questions (default: 20, as in the paper)"
     )
     parser.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="of the generator that draws them (default: 0)"
+        "--seed", type=int, default=0, metavar="N", help="seed the generator that draws them (default: 0)"
     )
-    parser.add_argument("--action", help="which action, where the samples have several in common")
+    parser.add_argument("--action", help="choose the action, where the samples have several in common")
     add_max_size(parser)
     parser.set_defaults(run=_page)
 
@@ -117,12 +119,12 @@ def _add_evaluate(forms: Any) -> None:
         help="rank models by these scores: a JSON file, as `python -m baselines evaluate --format json` prints it",
     )
     scores.add_argument("--published", action="store_true", help="rank models by the tables of the NPSS paper")
-    parser.add_argument("--convention", choices=tuple(CONVENTIONS), help="of NPSS, this convention alone")
+    parser.add_argument("--convention", choices=tuple(CONVENTIONS), help="rank by NPSS of this convention alone")
     parser.add_argument(
         "--alternative",
         choices=ALTERNATIVES,
-        help="whether NPSS agrees with the majority more often than the Euler error (greater, the default, as in the "
-        "paper), less often, or either",
+        help="test whether NPSS agrees with the majority more often than the Euler error (greater, the default, as in "
+        "the paper), less often, or either",
     )
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: %(default)s")
     parser.set_defaults(run=_evaluate)
