@@ -20,5 +20,5 @@ def doing(what: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        of = "" if error.filename is None else f"{error.filename}: "
-        raise OSError(error.errno, f"{what}: {of}{error.strerror or error}") from error
+        file = "" if error.filename is None else f"{error.filename}: "
+        raise OSError(error.errno, f"{what}: {file}{error.strerror or error}") from error

@@ -289,10 +289,10 @@ def chain_blocks(windows: Iterable[Window]) -> tuple[str, ...]:
             start, stop = chains[-1][1], max(stop, chains.pop()[2])
         chains.append((window.clip, start, stop))
 
-    def of(window: Window) -> tuple[int, int, int]:
+    def chain_of(window: Window) -> tuple[int, int, int]:
         return next(c for c in chains if c[0] == window.clip and c[1] <= window.target.start < c[2])
 
-    return tuple(_label(*of(window)) for window in places)
+    return tuple(_label(*chain_of(window)) for window in places)
 
 
 def stretch_blocks(windows: Iterable[Window], lengths: Sequence[int]) -> tuple[str | None, ...]:

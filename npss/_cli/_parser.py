@@ -37,6 +37,6 @@ def meant(unknown: Sequence[str], known: Iterable[str]) -> str:
     options = [(*name.lstrip("-").rpartition("."), name) for name in known]  # of a group, only the rest is compared
     found: dict[str, None] = {}
     for group, _, last in (one.partition("=")[0].lstrip("-").rpartition(".") for one in unknown if one[:1] == "-"):
-        names = {tail: name for of, _, tail, name in options if of == group}
+        names = {tail: name for prefix, _, tail, name in options if prefix == group}
         found |= dict.fromkeys(names[close] for close in difflib.get_close_matches(last, names, 1))
     return f"; did you mean {' '.join(found)}?" if found else ""

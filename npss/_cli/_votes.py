@@ -25,11 +25,11 @@ def _notes(*names: str) -> str:
 
 def _participants(told: dict[str, Any]) -> str:
     rows, undefined = [], []
-    for name, of in (*told["actions"].items(), ("all", told["overall"])):
-        kappa = of["fleiss_kappa"]
+    for name, votes in (*told["actions"].items(), ("all", told["overall"])):
+        kappa = votes["fleiss_kappa"]
         if kappa is None:
-            undefined.append(one_line(f"fleiss_kappa of {name} is not defined: {of['fleiss_kappa_undefined']}"))
-        numbers = [of["questions"], of["participants"], of["votes"], *of["majorities"].values()]
+            undefined.append(one_line(f"fleiss_kappa of {name} is not defined: {votes['fleiss_kappa_undefined']}"))
+        numbers = [votes["questions"], votes["participants"], votes["votes"], *votes["majorities"].values()]
         rows.append([one_line(name), *map(str, numbers), "-" if kappa is None else f"{kappa:.3f}"])
     header = ["action", "questions", "participants", "votes", "majority A", "majority B", "tie", "fleiss_kappa"]
     return "\n".join(
@@ -57,22 +57,22 @@ def _rankings(metrics: dict[str, Any]) -> str:
     for action, ranking in next(iter(metrics.values()))["rankings"].items():
         for model in (place["model"] for place in ranking):
             rows.append([one_line(action), one_line(model)])
-            for of in metrics.values():
-                place = next(place for place in of["rankings"][action] if place["model"] == model)
+            for ranked in metrics.values():
+                place = next(place for place in ranked["rankings"][action] if place["model"] == model)
                 rows[-1] += [f"{place['score']:.3f}", str(place["rank"])]
     header = ["action", "model", *(cell for metric in metrics for cell in (_name(metric), "rank"))]
     stated = {
         f"    {_name(metric)}: {signature or 'signature not stated'}": None
-        for metric, of in metrics.items()
-        for signature in of["signatures"].values()
+        for metric, ranked in metrics.items()
+        for signature in ranked["signatures"].values()
     }
     return "\n".join([table(header, rows, "ll" + "rr" * len(metrics)), _notes("score", "rank"), *stated])
 
 
 def _agreements(metrics: dict[str, Any]) -> str:
     rows = []
-    for metric, of in metrics.items():
-        for action, found in (*of["actions"].items(), ("all", of["overall"])):
+    for metric, agreed in metrics.items():
+        for action, found in (*agreed["actions"].items(), ("all", agreed["overall"])):
             questions = found["agreed"] + found["disagreed"]
             shares = [f"{share:.3f}" for share in (found["rate"], *found["interval"])] if questions else ["-"] * 3
             ties = [str(found["tied_votes"]), str(found["tied_metric"])]
