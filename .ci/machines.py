@@ -50,21 +50,25 @@ def run(name: str, variables: Mapping[str, str]) -> bool:
     if not all(variables.values()):
         print(f"{name}: nothing to turn off on this machine", flush=True)
         return True
-    files = [str(path) for path in sorted(Path("tests").glob("test_*.py")) if "mark.numeric" in path.read_text()]
+    files = [
+        str(path)
+        for path in sorted(Path("tests").glob("test_*.py"))
+        if "mark.numeric" in path.read_text(encoding="utf-8")
+    ]
     environment = {"OMP_NUM_THREADS": "1"} | os.environ | variables
     start = time.monotonic()
     left = subprocess.run(
         [sys.executable, "-c", LEFT],
         env=environment | {"OPENBLAS_VERBOSE": "2"},
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         check=True,
     )
     tests = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:randomly", "-m", "numeric", *files, *sys.argv[1:]],
         env=environment,
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         check=False,
     )
     passed = tests.returncode == 0

@@ -86,7 +86,7 @@ def sample(paths: list[Path], size: int, seed: int) -> list[Mutant]:
     drawn = []  # (turn, hash, ...): the first mutant of every place, then the second ones, ...
     for path in paths:
         places: dict[tuple[int, int], list[tuple[str, str, int, str]]] = {}
-        lines = (ROOT / path).read_text().splitlines()
+        lines = (ROOT / path).read_text(encoding="utf-8").splitlines()
         names = _Names(ast.parse("\n".join(lines)))
         for operator, occurrence, start in _changes(ROOT / path):
             if not names.is_annotation(start):
@@ -110,7 +110,7 @@ def _changes(path: Path) -> Iterator[tuple[str, int, tuple[int, int]]]:
     from cosmic_ray import plugins
     from cosmic_ray.ast import ast_nodes, get_ast
 
-    nodes = list(ast_nodes(get_ast(path.read_text())))
+    nodes = list(ast_nodes(get_ast(path.read_text(encoding="utf-8"))))
     for name in plugins.operator_names():
         operator = plugins.get_operator(name)
         if not operator.arguments():
@@ -123,7 +123,7 @@ def _mutant(path: Path, operator: str, occurrence: int, function: str) -> Mutant
     from cosmic_ray import plugins
     from cosmic_ray.mutating import mutate_code
 
-    code = (ROOT / path).read_text()
+    code = (ROOT / path).read_text(encoding="utf-8")
     changed = mutate_code(code, plugins.get_operator(operator)(), occurrence)
     try:
         if changed is None or ast.dump(ast.parse(changed)) == ast.dump(ast.parse(code)):
@@ -174,7 +174,7 @@ class _Plugin:
         self.seconds: dict[str, float] = {}
         self.is_known = SECONDS.exists()
         if self.is_known:
-            self.seconds = json.loads(SECONDS.read_text())
+            self.seconds = json.loads(SECONDS.read_text(encoding="utf-8"))
 
     def pytest_sessionstart(self) -> None:
         from hypothesis import Phase, settings
@@ -190,7 +190,7 @@ class _Plugin:
 
     def pytest_sessionfinish(self) -> None:
         if not self.is_known:
-            SECONDS.write_text(json.dumps(self.seconds))
+            SECONDS.write_text(json.dumps(self.seconds), encoding="utf-8")
 
 
 def passes(tests: list[str], seconds: float) -> tuple[bool, float]:
@@ -255,7 +255,7 @@ def run(group: str, size: int, seed: int, equivalent: set[tuple[str, str, str]],
         SECONDS.unlink(missing_ok=True)
         passed, seconds = passes(covering, 3600)
         if not passed:
-            raise SystemExit(f"{Path(LOG).read_text()}\nthe tests fail without any mutant")
+            raise SystemExit(f"{Path(LOG).read_text(encoding='utf-8')}\nthe tests fail without any mutant")
         print(f"{' '.join(covering)}: {seconds:.0f} s", flush=True)
         for mutant in chosen:
             write(mutant.path, mutant.code)

@@ -9,7 +9,13 @@ import baselines
 import npss
 
 HERE = Path(__file__).parent
-FOLDERS = [Path(npss.__file__).parent, Path(baselines.__file__).parent, HERE, HERE.parent / "benchmarks"]
+FOLDERS = [
+    Path(npss.__file__).parent,
+    Path(baselines.__file__).parent,
+    HERE,
+    HERE.parent / "benchmarks",
+    HERE.parent / ".ci",
+]
 
 
 def silent(tree):
