@@ -230,7 +230,7 @@ def passes(tests: list[str], seconds: float) -> tuple[bool, float]:
 
 def write(path: Path, code: str) -> None:
     """Write code, and drop the bytecode: to Python, two mutants of one size and one second look the same."""
-    path.write_text(code)
+    path.write_text(code, encoding="utf-8")
     Path(importlib.util.cache_from_source(str(path))).unlink(missing_ok=True)
 
 
