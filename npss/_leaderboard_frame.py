@@ -108,7 +108,7 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
         if isinstance(path, str | PathLike):
             # pandas would see from the path, which is another one while it is written, whether to compress.
             tidy, how = self.tidy, infer_compression(path, "infer")
-            write_atomically(Path(path), lambda part: tidy.to_csv(part, index=False, compression=how))
+            write_atomically(Path(path).expanduser(), lambda part: tidy.to_csv(part, index=False, compression=how))
             return None
         written: str | None = self.tidy.to_csv(path, index=False)
         return written

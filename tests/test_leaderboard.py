@@ -254,6 +254,14 @@ class TestSources:
             npss.leaderboard(folder, by="NPSS")
 
 
+def test_csv_in_the_home_folder(monkeypatch, tmp_path):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    gt = np.random.default_rng(0).normal(size=(2, 20, 3))
+    board = npss.leaderboard({"m": npss.report(gt, gt + 0.1)})
+    board.to_csv("~/board.csv")  # as pandas takes it
+    assert (tmp_path / "board.csv").read_text(encoding="utf-8") == board.to_csv()
+
+
 LABELS = ["a", "a", "b", "b", "c", "d", "e", None]  # five blocks, and a sequence in none
 
 
