@@ -113,9 +113,15 @@ def _column(results: list[Result], level: float, seed: int) -> list[Standing]:
 
 
 def _check_blocks(results: Sequence[Result], where: str) -> None:
-    """Raise the ValueError that names two models of which the sequences are in other blocks."""
+    """Raise the ValueError that names two models that differ in the number of sequences, or in their blocks."""
     known = [result for result in results if result.weight is not None]
-    for other in known[1:]:
+    sizes = [np.asarray(result.weight).size for result in known]
+    for other, size in zip(known[1:], sizes[1:], strict=True):
+        if size != sizes[0]:  # of which fingerprints tell, where there are some
+            raise ValueError(
+                f"{where}: {known[0].model!r} and {other.model!r} are of {sizes[0]} and {size} sequences, so they "
+                "cannot be compared"
+            )
         if other.groups != known[0].groups:
             raise ValueError(
                 f"{where}: {known[0].model!r} and {other.model!r} were scored in different blocks ({known[0].blocks}; "

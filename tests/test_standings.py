@@ -113,6 +113,11 @@ def test_without_sequences_ranks_go_by_value_and_only_equal_values_tie():
     assert any("ranked by value" in line for line in notes(list(found.values())))
 
 
+def test_other_numbers_of_sequences():
+    with pytest.raises(ValueError, match=r"'a' and 'b' are of 4 and 3 sequences, so they cannot be compared"):
+        standings([result("a", [1, 2, 3, 4]), result("b", [1, 2, 3])])
+
+
 def test_a_single_model_is_not_called_the_best():
     (one,) = standings([result("alone", [1, 2, 3, 4])])
     assert (one.rank, one.best) == (1, False)
