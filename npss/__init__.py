@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from npss._diagnose import Finding, diagnose
     from npss._euler_error import euler_error, euler_error_curve, mse
     from npss._explain import explain
+    from npss._interval import Interval, Range
     from npss._leaderboard import leaderboard
     from npss._poses import poses_to_euler
     from npss._report import Report, report
@@ -37,6 +38,8 @@ __all__ = [
     "Comparison",
     "Convention",
     "Finding",
+    "Interval",
+    "Range",
     "Report",
     "__version__",
     "compare",
@@ -67,7 +70,9 @@ _LAZY = {
     "Accumulator": "npss._accumulator",
     "Comparison": "npss._compare",
     "Finding": "npss._diagnose",
+    "Interval": "npss._interval",
     "METRIC_VERSION": "npss._signature",
+    "Range": "npss._interval",
     "Report": "npss._report",
     "compare": "npss._compare",
     "diagnose": "npss._diagnose",

@@ -19,14 +19,40 @@ RANGE = "range of blocks"
 
 
 class Interval(NamedTuple):
-    """A confidence interval."""
+    """A confidence interval.
+
+    Attributes
+    ----------
+    low, high : float
+        Its ends.
+
+    Examples
+    --------
+    >>> import npss
+    >>> npss.Interval(0.25, 0.75).high
+    0.75
+    """
 
     low: float
     high: float
 
 
 class Range(NamedTuple):
-    """The lowest and the highest score of a block: of so few that they support no confidence interval."""
+    """The lowest and the highest score of a block: of so few that they support no confidence interval.
+
+    Attributes
+    ----------
+    low, high : float
+        Its ends.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import npss
+    >>> gt, pred = np.random.default_rng(0).normal(size=(2, 8, 50, 3)).cumsum(axis=2)
+    >>> isinstance(npss.report(gt, pred).interval(), npss.Range)
+    True
+    """
 
     low: float
     high: float

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import stat
 from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
@@ -14,7 +15,8 @@ def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
     """Let `write` write a new file beside `path`, and rename it to `path` once it is whole.
 
     The new file has a name of its own, so several processes may write the same `path`: the last one wins. What is no
-    regular file (a device, a pipe) is written in place. A link stays a link; the file that it points to is replaced.
+    regular file (a device, a pipe) is written in place. A link stays a link: the file that it points to is replaced.
+    Permissions stay as they are.
 
     Raises
     ------
@@ -29,6 +31,9 @@ def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
     try:
         # Create it here, and exclusively: the name is nobody else's, and the user's umask applies.
         os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+        if target.exists():
+            os.close(os.open(target, os.O_WRONLY))  # a file that nobody may write is not replaced, either
+            part.chmod(stat.S_IMODE(target.stat().st_mode))
         write(part)
         part.replace(target)
     except OSError as error:

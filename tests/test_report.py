@@ -15,7 +15,6 @@ from strategies import pairs
 import npss
 from npss._blocks import INFERRED
 from npss._bootstrap import bootstrap_interval
-from npss._interval import Interval, Range
 from npss._records import measure
 from npss._report import contributions, joint_of
 
@@ -100,7 +99,7 @@ def test_one_sequence_is_a_set_of_one():
     np.testing.assert_array_equal(one.emd, other.emd)
     np.testing.assert_array_equal(one.weight, other.weight)
     assert one.emd.shape == (1, 4)
-    assert isinstance(one.interval(), Range)
+    assert isinstance(one.interval(), npss.Range)
     close(one.interval(), (one.score, one.score))
 
 
@@ -256,7 +255,7 @@ def test_the_interval_is_of_the_sums_over_each_sequence():
     numerator, denominator = (report.weight * report.emd).sum(axis=1), report.weight.sum(axis=1)
     for options in ({}, {"level": 0.5}, {"seed": 3}, {"level": 0.8, "seed": 1}):
         assert report.interval(**options) == bootstrap_interval(numerator, denominator, **options)
-    assert isinstance(report.interval(), Interval)
+    assert isinstance(report.interval(), npss.Interval)
     assert all(type(end) is float for end in report.interval())
     assert report.interval()[0] < report.score < report.interval()[1]
 
@@ -264,7 +263,7 @@ def test_the_interval_is_of_the_sums_over_each_sequence():
 def test_few_blocks_have_a_range():
     report = npss.report(*motions(n=9))
     found = report.interval()
-    assert isinstance(found, Range)
+    assert isinstance(found, npss.Range)
     assert found == (report.per_sequence.min(), report.per_sequence.max()) == report.interval(level=0.5, seed=3)
 
 

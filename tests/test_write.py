@@ -65,6 +65,24 @@ def test_respects_the_umask(tmp_path: Path) -> None:
     assert stat.S_IMODE((tmp_path / "file").stat().st_mode) == 0o640
 
 
+def test_keeps_the_permissions_of_what_it_replaces(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.touch()
+    path.chmod(0o600)
+    write_text_atomically(path, "text")
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everything")
+def test_does_not_replace_what_may_not_be_written(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.touch()
+    path.chmod(0o400)
+    with pytest.raises(OSError, match=r"cannot write .*file: Permission denied"):
+        write_text_atomically(path, "text")
+    assert list(tmp_path.iterdir()) == [path]
+
+
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
 def test_reads_utf8_with_and_without_a_mark(tmp_path: Path, mark: bytes) -> None:
     path = tmp_path / "text"

@@ -4,10 +4,11 @@ Numpy and the standard library do most; the exact tests and Clopper and Pearson'
 (``pip install 'npss[study]'``).
 """
 
+from npss._interval import Interval
 from npss.study._agreement import Agreement, JointAgreement, agreement, joint_agreement
 from npss.study._design import Question, design
 from npss.study._files import read_votes, write_votes
-from npss.study._intervals import Interval, clopper_pearson_interval, wilson_interval
+from npss.study._intervals import clopper_pearson_interval, wilson_interval
 from npss.study._kappa import fleiss_kappa
 from npss.study._paired import PairedTest, mcnemar_test
 from npss.study._planning import power, sample_size

@@ -4,28 +4,9 @@ from __future__ import annotations
 
 import math
 from statistics import NormalDist
-from typing import NamedTuple
 
+from npss._interval import Interval
 from npss.study._input import count_of, fraction, scipy_stats
-
-
-class Interval(NamedTuple):
-    """A confidence interval.
-
-    Attributes
-    ----------
-    low, high : float
-        Its ends.
-
-    Examples
-    --------
-    >>> from npss import study
-    >>> study.Interval(0.25, 0.75).high
-    0.75
-    """
-
-    low: float
-    high: float
 
 
 def wilson_interval(successes: int, n: int, *, level: float = 0.95) -> Interval:

@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 
 from npss._checks import one_of
+from npss._interval import Interval
 from npss.study._input import ALTERNATIVES, count_of, fraction, scipy_stats
-from npss.study._intervals import Interval, newcombe_interval, wilson_interval
+from npss.study._intervals import newcombe_interval, wilson_interval
 
 
 @dataclass(frozen=True, kw_only=True)
