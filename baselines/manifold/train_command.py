@@ -124,8 +124,8 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
 def _paths(options: argparse.Namespace) -> tuple[dict[str, Path], dict[str, Path]]:
     """Return where the motion is, by the options' names, and which file says so where no option does.
 
-    What a run that is resumed remembers, it is given by single options if it has moved; what another run's ``--config``
-    remembers holds if none is given.
+    When a run is resumed, an option replaces the one folder that it names. Of another run's ``--config``, the folders
+    count only if no option names any.
     """
     given = {name: getattr(options, name) for name in _SOURCES if getattr(options, name) is not None}
     file = file_of(options)
@@ -152,13 +152,13 @@ def _add_options(parser: Parser) -> Parser:
         "--cmu", type=Path, metavar="DIR", help="the folder of CMU's clips: clips.csv, 01/01_01.bvh ..."
     )
     parser.add_argument(
-        "--styles", type=Path, metavar="DIR", help="that of more of them: indian/04.bvh, salsa/03.bvh ..."
+        "--styles", type=Path, metavar="DIR", help="the folder of further CMU clips: indian/04.bvh, salsa/03.bvh ..."
     )
     parser.add_argument("--h36m", type=Path, metavar="DIR", help="the folder of Human3.6M's dataset/")
     parser.add_argument("--cache", type=Path, metavar="DIR", help="keep prepared motion there, to load faster")
     parser.add_argument("--quick", action="store_true", help="a small part of the data, and few epochs: to try things")
     parser.add_argument("--recipe", choices=tuple(RECIPES), help="begin with this one's numbers")
-    parser.add_argument("--depth", type=int, choices=(1, 2, 3), help="so many of the three layers")
+    parser.add_argument("--depth", type=int, choices=(1, 2, 3), help="how many of the three layers to train")
     parser.add_argument("--config", type=Path, metavar="FILE", help=f"begin with this configuration, a {FILE}")
     parser.add_argument("--resume", action="store_true", help="go on where the run was cut off, if it had begun")
     launch.add_device(parser)
