@@ -35,8 +35,12 @@ SAID = ["tiny", "--data", "synthetic", "--iterations", "4", "--validate-every", 
 @pytest.fixture
 def signalled(monkeypatch):
     """Send a signal in the second iteration, while its loss is computed."""
+    before = {}
 
     def at_second_iteration(number, times=1):
+        # nohup, or a shell's background job, may have made the tests ignore it, which training respects.
+        default = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
+        before[number] = signal.signal(number, default)
         loss = trainer.Member.loss
 
         def interrupted(member, poses, label, iteration):
@@ -49,7 +53,9 @@ def signalled(monkeypatch):
         sent = []
         monkeypatch.setattr(trainer.Member, "loss", interrupted)
 
-    return at_second_iteration
+    yield at_second_iteration
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 # --- signals ---
@@ -68,9 +74,9 @@ def whole(tmp_path_factory):
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_a_signal_ends_the_step_and_says_how_to_go_on(tmp_path, capsys, signalled, whole, name):
     number = getattr(signal, name)
-    before = signal.getsignal(number)
     out = tmp_path / "a run"
     signalled(number)
+    before = signal.getsignal(number)
     with pytest.raises(SystemExit) as ended:
         command("train", *SAID, "--out", out, "--device", "cpu")
     assert ended.value.code == 128 + number
