@@ -59,7 +59,7 @@ class TestJointError:
 class TestBoneError:
     def test_a_body_has_none(self, rest, mask):
         assert measures.bone_error(rest, JOINTS, mask) == pytest.approx(0, abs=1e-12)
-        turns = Rotation.random(3 * 12 * 20, rng=np.random.default_rng(0)).as_matrix()
+        turns = Rotation.random(3 * 12 * 20, random_state=np.random.default_rng(0)).as_matrix()
         moving = JOINTS.positions(turns.reshape(*SHAPE, 3))
         assert measures.bone_error(moving, JOINTS, mask) == pytest.approx(0, abs=1e-12)
 

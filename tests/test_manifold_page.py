@@ -14,6 +14,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "manifold.md"
 
 @pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
 def test_the_commands_do_what_the_page_says(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("torch")
     pytest.importorskip("matplotlib")
     monkeypatch.chdir(tmp_path)
     (commands,) = re.findall(r"^```sh\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S)
