@@ -6,7 +6,7 @@ have to be guessed; name the argument, the shape and the first bad index; never 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
@@ -150,9 +150,9 @@ def each(name: str, values: Iterable[Item], what: str = "numbers") -> list[Item]
     Raises
     ------
     TypeError
-        If it is no iterable, or text.
+        If it is no iterable, or text, or has no order of its values: a set, or a mapping.
     """
-    if isinstance(values, str | bytes) or not isinstance(values, Iterable):
+    if isinstance(values, str | bytes | set | frozenset | Mapping) or not isinstance(values, Iterable):
         raise TypeError(f"{name}: expected a sequence of {what}, got {values!r}")
     return list(values)
 

@@ -302,7 +302,7 @@ def test_the_order_of_sequences_and_the_names_of_blocks_do_not_matter():
 
 def test_groups_that_are_none():
     gt, pred = motions(n=3)
-    for groups in ("abc", 3, b"abc"):
+    for groups in ("abc", 3, b"abc", {"a", "b", "c"}, frozenset("abc"), {0: "a", 1: "a", 2: "b"}):
         with pytest.raises(TypeError, match=r"^groups: expected a sequence of labels, one for each sequence, got"):
             npss.report(gt, pred, groups=groups)
     for bad in (1.0, float("nan"), True, b"a", ("a",)):
