@@ -20,7 +20,7 @@ def read_methods(methods: Mapping[str, Sequence[str]] | None) -> dict[str, list[
     Raises
     ------
     TypeError, ValueError
-        If they are not names by name, a method has fewer than three runs, or a run is there twice.
+        If they are not names by name, a name is empty, a method has fewer than three runs, or a run is there twice.
     """
     if methods is None:
         return {}
@@ -32,6 +32,8 @@ def read_methods(methods: Mapping[str, Sequence[str]] | None) -> dict[str, list[
         runs = each("methods", models, "names of models")
         if strange := [name for name in (method, *runs) if not isinstance(name, str)]:
             raise TypeError(f"methods: expected names of models, got {strange[0]!r}")
+        if not method.strip():
+            raise ValueError(f"methods: the name of a method is empty: {method!r}")
         if len(runs) < FEWEST:
             raise ValueError(f"methods: {method!r} has {len(runs)} runs; to speak of a method takes {FEWEST} or more")
         for run in runs:

@@ -61,6 +61,7 @@ def test_published_rows_stay(runs):
         ({"net": RUNS, "same": RUNS}, ValueError, "methods: 'run-1' is there twice"),
         ({"net": "run-1"}, TypeError, "methods: expected a sequence of names of models, got 'run-1'"),
         ({"net": (1, 2, 3)}, TypeError, "methods: expected names of models, got 1"),
+        ({" ": RUNS}, ValueError, "methods: the name of a method is empty: ' '"),
         ({7: RUNS}, TypeError, "methods: expected names of models, got 7"),
         (["net"], TypeError, "methods: expected the models of each method by its name, got"),
     ],
