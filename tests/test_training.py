@@ -760,6 +760,10 @@ def test_a_command_can_be_repeated_and_resumed(tmp_path, capsys):
         (["gru-d", "--out", first, "--resume"], f"MODEL: 'gru-d', but {first / config.FILE} is of a 'tiny'"),
         (["--out", first, "--resume", "--seed", 1], f"--resume: {first / config.FILE} has another value of seed; "),
         (
+            ["--out", tmp_path / "third", "--resume"],
+            f"--resume: no config.json in {tmp_path / 'third'}; to begin a run",
+        ),
+        (
             ["--out", tmp_path / "third", "--config", "nowhere.json"],
             "reading the configuration: nowhere.json: No such",
         ),

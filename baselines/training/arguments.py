@@ -60,6 +60,8 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
         if options.seeds is not None and any(said.partition("=")[0] == "--seed" for said in rest):
             raise ValueError("--seed: --seeds says which already")
     if name is None and file is None:
+        if options.resume:
+            raise ValueError(f"--resume: no {FILE} in {options.out}; to begin a run there, name MODEL or --config FILE")
         raise ValueError(f"MODEL: expected one of {', '.join(MODELS)}, or --config FILE")
     known = defaults(str(name)) if file is None else vars(read(file)).copy()
     if name not in (None, known["name"]):
