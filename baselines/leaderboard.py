@@ -20,6 +20,7 @@ from npss._files import Pair
 from npss._progress import Progress
 from npss._records import Record
 from npss._submissions import Submissions, check_truths, read_actions, records_of, sample_files
+from npss._write import check_output
 
 _DESCRIPTION = """\
 Rank predictors, and models of which there are prediction files, on the same test windows: Euler error and NPSS with
@@ -53,7 +54,7 @@ def add_parser(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Write the page, and print the leaderboard."""
     if options.report:
-        report.check_folder(options.report)
+        check_output(options.report, map(Path, options.models))
     if bool(options.metrics) != (options.manifold is not None):
         raise ValueError("--manifold RUN names the manifold of --metrics G: give both, or neither")
     tasks = list(tasks_of(options))

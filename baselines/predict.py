@@ -13,7 +13,7 @@ import numpy as np
 from baselines.tasks import add_task_options, tasks_of
 from npss import euler_error_curve, poses_to_euler
 from npss._checks import Array
-from npss._write import write_bytes_atomically
+from npss._write import check_output, write_bytes_atomically
 
 _DESCRIPTION = """\
 Let a trained model predict the test windows. The file holds expmap/gt/ACTION_i and expmap/preds/ACTION_i, exponential
@@ -38,6 +38,7 @@ def run(options: argparse.Namespace) -> None:
     """Predict, and write the file."""
     if options.out.suffix not in (".h5", ".npz"):
         raise ValueError(f"--out: expected a .h5 or .npz file, got {options.out}")
+    check_output(options.out)
     from baselines.training import runs, windows  # torch and the like: the other commands need none of it
 
     trained = runs.load(options.folder)

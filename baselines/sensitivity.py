@@ -20,7 +20,7 @@ from npss._checks import Float64
 from npss._euler_error import MOVES
 from npss._records import Record
 from npss._tables import table
-from npss._write import write_figure_atomically
+from npss._write import check_output, write_figure_atomically
 
 ACTION = "walking"  # the one that is periodic
 TEMPI = (0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.3, 1.4)
@@ -177,6 +177,8 @@ def add_parser(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Print the records, and draw them if asked to."""
+    if options.output:
+        check_output(options.output)
     if options.synthetic:
         motion = synthetic_motion()
     elif options.h36m is None:

@@ -5,10 +5,23 @@ from __future__ import annotations
 import os
 import secrets
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from io import BytesIO
 from pathlib import Path
 from typing import Any
+
+
+def check_output(path: Path, inputs: Iterable[Path] = ()) -> None:
+    """Raise the ValueError that nothing can be written there, before the work of making it.
+
+    Nor is one of the `inputs` overwritten: whoever names one as the output has mistaken it for another.
+    """
+    if not path.absolute().parent.is_dir():
+        raise ValueError(f"{path}: there is no folder {path.parent}")
+    if path.is_dir():
+        raise ValueError(f"{path}: expected a file to write, got a folder")
+    if path.exists() and any(file.exists() and path.samefile(file) for file in inputs):
+        raise ValueError(f"{path}: it is to be read, and would be overwritten; write to another file")
 
 
 def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:

@@ -96,6 +96,29 @@ def test_a_page_without_a_folder(capsys, folder, tmp_path):
     assert capsys.readouterr() == ("", f"npss: error: {path}: there is no folder {path.parent}\n")
 
 
+@pytest.mark.parametrize("command", [["report"], ["study", "page", "--action", "walking"]])
+def test_a_page_never_replaces_what_it_is_made_of(capsys, folder, tmp_path, command):
+    model = tmp_path / "model.npz"
+    model.write_bytes((folder / "near.npz").read_bytes())
+    (tmp_path / "page.html").symlink_to(model)
+    for path in (model, tmp_path / "page.html"):
+        assert main([*command, str(tmp_path), "-o", str(path)]) == 2
+        assert capsys.readouterr().err.startswith(f"npss: error: {path}: it is to be read, and would be overwritten")
+    assert model.read_bytes() == (folder / "near.npz").read_bytes()
+    assert main([*command, str(tmp_path), "-o", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == f"npss: error: {tmp_path}: expected a file to write, got a folder\n"
+
+
+def test_nor_does_the_page_of_baselines(capsys, folder):
+    from baselines.__main__ import main as baselines
+
+    path = folder / "near.npz"
+    before = path.read_bytes()
+    assert baselines(["leaderboard", "zero-velocity", str(path), "--synthetic", "--report", str(path)]) == 2
+    assert "near.npz: it is to be read" in capsys.readouterr().err
+    assert path.read_bytes() == before
+
+
 @pytest.mark.parametrize(("n_frames", "pictures"), [(50, 2), (3, 1)])
 def test_a_perfect_prediction_has_no_shares_and_a_short_one_no_strip(tmp_path, n_frames, pictures):
     gt = np.random.default_rng(0).normal(size=(2, n_frames, 99))

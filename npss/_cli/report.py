@@ -19,8 +19,8 @@ from npss._progress import Progress
 from npss._render import html_tables, tables
 from npss._report import Report, report
 from npss._signature import parse_signature
-from npss._submissions import TRUTH, Submissions, naming, read_submissions, records_of
-from npss._write import write_text_atomically
+from npss._submissions import TRUTH, Submissions, naming, read_submissions, records_of, sample_files
+from npss._write import check_output, write_text_atomically
 from npss.protocol import FPS
 from npss.skeleton import FEATURE_NAMES, H36M, poses_to_positions
 
@@ -51,17 +51,11 @@ def add_parser(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Write the page, and print the leaderboard."""
-    check_folder(options.output)
+    check_output(options.output, sample_files(options.paths))
     submissions = read_submissions(options.paths, max_size=options.max_size)
     board = board_of(records_of(submissions, **context_of(options)), options, groups=groups_of(options))
     write(options.output, submissions, board)
     show(board, options)
-
-
-def check_folder(path: Path) -> None:
-    """Raise the ValueError that a page cannot be written there, before the work of making it."""
-    if not path.absolute().parent.is_dir():
-        raise ValueError(f"{path}: there is no folder {path.parent}")
 
 
 def write(path: Path, submissions: Submissions, board: Leaderboard) -> None:

@@ -13,8 +13,8 @@ from npss._cli import _votes
 from npss._convention import CONVENTIONS
 from npss._files import add_max_size
 from npss._records import Record
-from npss._submissions import read_records
-from npss._write import write_text_atomically
+from npss._submissions import read_records, sample_files
+from npss._write import check_output, write_text_atomically
 from npss.study import power, read_votes, sample_size
 from npss.study._input import ALTERNATIVES
 from npss.study._summary import summary
@@ -151,6 +151,7 @@ def _page(options: argparse.Namespace) -> None:
     """Write the page of a survey."""
     from npss._pages import survey  # here, not above: votes are counted without it
 
+    check_output(options.output, sample_files([options.directory]))
     text = survey(
         options.directory,
         n_questions=options.questions,
