@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from npss._arrays import MAX_SIZE, Arrays, Header, naming_file, open_arrays, read_arrays, read_npy
-from npss._checks import Array, Float64, check_finite, check_real, is_real_dtype, real_array
+from npss._checks import Array, Float64, check_finite, check_real, is_real_dtype, positive_number, real_array
 from npss._poses import POSE, poses_to_euler
 
 _SAMPLE = re.compile(r"expmap/(gt|preds)/([^/]+)_([0-9]+)")
@@ -57,7 +57,31 @@ def read_pair(gt: Path, pred: Path, *, key: str | None = None, max_size: float =
 def read_samples(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
     """Read a file of samples, as `read_poses` does, as Human3.6M Euler angles."""
     pairs = read_poses(path, max_size=max_size)
-    return [pair._replace(gt=poses_to_euler(pair.gt), pred=poses_to_euler(pair.pred)) for pair in pairs]
+    with naming_file(path):
+        return [converted(pair) for pair in pairs]
+
+
+def converted(pair: Pair) -> Pair:
+    """Convert the exponential maps of a pair to Euler angles; errors name the array that is beyond conversion."""
+    try:
+        gt, pred = euler_of(pair)
+    except (TypeError, ValueError) as error:
+        if pair.name is None:
+            raise
+        raise ValueError(f"{pair.name}: {error}") from error
+    return pair._replace(gt=gt, pred=pred)
+
+
+def euler_of(pair: Pair) -> tuple[Float64, Float64]:
+    """Return ground truth and prediction as Euler angles; errors say which of the two is beyond conversion."""
+    angles = []
+    for name, poses in (("ground truth", pair.gt), ("prediction", pair.pred)):
+        try:
+            angles.append(poses_to_euler(poses))
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{name}: {error}") from error
+    gt, pred = angles
+    return gt, pred
 
 
 def read_poses(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
@@ -98,18 +122,18 @@ def add_max_size(parser: argparse._ActionsContainer) -> None:
     """Add the option of a command that reads samples or ``.npz`` files."""
     parser.add_argument(
         "--max-size",
-        type=_positive,
+        type=_gibibytes,
         default=MAX_SIZE,
         metavar="GIB",
         help=f"allow the arrays of one .h5 or .npz file this much memory, in GiB (default: {MAX_SIZE:g})",
     )
 
 
-def _positive(text: str) -> float:
-    number = float(text)
-    if not number > 0:
-        raise ValueError
-    return number
+def _gibibytes(text: str) -> float:
+    try:
+        return positive_number("size", float(text))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"invalid: expected a positive, finite number of GiB, got {text!r}") from None
 
 
 def _actions(arrays: Arrays) -> dict[str, dict[str, list[str]]]:

@@ -11,11 +11,9 @@ import numpy as np
 
 from npss._arrays import MAX_SIZE
 from npss._blocks import Groups
-from npss._checks import Float64
-from npss._files import Pair, read_poses
+from npss._files import Pair, euler_of, read_poses
 from npss._json import read_json
 from npss._names import names_of_paths
-from npss._poses import poses_to_euler
 from npss._progress import Progress
 from npss._records import Record, measure
 from npss.protocol import BLOCKED, FPS, SLICES_MS, TEST_LENGTHS, window_blocks
@@ -95,18 +93,6 @@ def naming(model: str, action: str) -> Iterator[None]:
         yield
     except (TypeError, ValueError) as error:
         raise ValueError(f"{model!r} on {action!r}: {error}") from error
-
-
-def euler_of(pair: Pair) -> tuple[Float64, Float64]:
-    """Return ground truth and prediction as Euler angles; errors say which of the two is beyond conversion."""
-    angles = []
-    for name, poses in (("ground truth", pair.gt), ("prediction", pair.pred)):
-        try:
-            angles.append(poses_to_euler(poses))
-        except ValueError as error:
-            raise ValueError(f"{name}: {error}") from error
-    gt, pred = angles
-    return gt, pred
 
 
 def check_truths(submissions: Submissions) -> None:

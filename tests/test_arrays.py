@@ -233,8 +233,9 @@ class TestSize:
             assert not page.exists()
         assert run(capsys, "leaderboard", tmp_path, "--max-size", 1)[0] == 0
         assert run(capsys, "study", "page", tmp_path, "-o", page, "--max-size", 1)[0] == 0
-        for text in ("0", "-1", "nan", "much"):
-            assert "argument --max-size: invalid" in run(capsys, "leaderboard", tmp_path, "--max-size", text)[2]
+        for text in ("0", "-1", "nan", "inf", "much"):
+            message = run(capsys, "leaderboard", tmp_path, "--max-size", text)[2]
+            assert f"argument --max-size: invalid: expected a positive, finite number of GiB, got {text!r}" in message
         with pytest.raises(ValueError, match="max_size: expected a positive"):
             npss.leaderboard(tmp_path, max_size=0)
 

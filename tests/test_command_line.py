@@ -198,6 +198,8 @@ def broken(tmp_path, poses):
     np.savez(tmp_path / "one_axis.npz", **{k: v[0] for k, v in arrays.items()})
     np.savez(tmp_path / "complex.npz", **{**arrays, "expmap/gt/walking_1": arrays["expmap/gt/walking_1"] + 1j})
     np.savez(tmp_path / "nan.npz", **{**arrays, "expmap/preds/walking_1": np.full((50, 99), np.nan)})
+    np.savez(tmp_path / "diverged.npz", **{**arrays, "expmap/preds/walking_1": np.full((50, 99), 1e20)})
+    np.savez(tmp_path / "poses.npz", a=np.full((50, 99), 1e20))
     np.savez(tmp_path / "twice.npz", **arrays, **{"expmap/gt/walking_01": arrays["expmap/gt/walking_1"]})
     np.savez(tmp_path / "nan_curve.npz", **arrays, mean_walking_error=np.full(50, np.nan))
     np.savez(tmp_path / "samples.npz", **arrays)
@@ -232,6 +234,12 @@ def broken(tmp_path, poses):
     yield ["one_axis.npz"], "one_axis.npz: expmap/gt/walking_0: expected shape (T, 99), got (99,)"
     yield ["complex.npz"], "complex.npz: expmap/gt/walking_1: expected real numbers, got complex"
     yield ["nan.npz"], "nan.npz: expmap/preds/walking_1: nan at index (0, 0)"
+    yield ["diverged.npz"], "diverged.npz: walking: prediction: poses: an angle of 2**52 rad or more at index (1, 0, 3)"
+    yield ["good.npy", "good.npy", "--expmap"], "ground truth: poses: expected shape (..., 99), got (2, 10, 3)"
+    yield (
+        ["poses.npz", "poses.npz", "--expmap"],
+        "a: ground truth: poses: an angle of 2**52 rad or more at index (0, 3)",
+    )
     yield ["twice.npz"], "expmap/gt/walking_01 is there twice"
     yield ["nan_curve.npz"], "mean_walking_error: nan at index (0,)"
     yield ["empty.h5"], "empty.h5: expmap/gt/walking_0: a data set without values"

@@ -13,8 +13,7 @@ from npss._convention import CONVENTIONS
 from npss._diagnose import diagnose
 from npss._euler_error import euler_error_curve
 from npss._fields import Value
-from npss._files import Pair, add_max_size, read_pair, read_samples
-from npss._poses import poses_to_euler
+from npss._files import Pair, add_max_size, converted, read_pair, read_samples
 from npss._records import Record, measure, signature_of
 from npss._tables import markdown_code, markdown_text, table
 from npss._unwrap import unwrap
@@ -106,7 +105,7 @@ def _records(options: argparse.Namespace) -> list[Record]:
         if options.expmap:
             if options.representation:
                 raise ValueError("--representation: with --expmap it is euler: leave it out")
-            pairs = [pair._replace(gt=poses_to_euler(pair.gt), pred=poses_to_euler(pair.pred)) for pair in pairs]
+            pairs = [converted(pair) for pair in pairs]
     else:
         raise ValueError(f"expected GT and PRED, or SAMPLES alone, got {len(options.files)} files")
     if samples or options.expmap:
