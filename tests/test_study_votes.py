@@ -340,8 +340,8 @@ class TestKappa:
         [
             ([[3, 1], [4, 0], [2, 3]], ValueError, "question 1 was answered by 4 participants, question 3 by 5"),
             ([[3, 0], [3, 0]], ValueError, "all answers are of one category, so kappa is 0/0"),
-            ([[1, 0], [0, 1]], ValueError, "1 participants cannot agree"),
-            ([[0, 0]], ValueError, "0 participants cannot agree"),
+            ([[1, 0], [0, 1]], ValueError, "agreement needs two participants or more, got 1"),
+            ([[0, 0]], ValueError, "agreement needs two participants or more, got 0"),
             ([[3, 1], [5, -1]], ValueError, "negative in question 2"),
             ([3, 1], ValueError, r"expected shape \(questions, categories\), got \(2,\)"),
             (np.zeros((0, 2), int), ValueError, r"expected shape \(questions, categories\), got \(0, 2\)"),

@@ -63,7 +63,7 @@ def kappa(counts: npt.ArrayLike, questions: Sequence[str] | None = None) -> floa
         )
     n = float(raters[0])
     if n < 2:
-        raise ValueError(f"counts: {raters[0]} participants cannot agree with each other: two or more are needed")
+        raise ValueError(f"counts: agreement needs two participants or more, got {raters[0]}")
     shares = array.sum(axis=0) / array.sum()
     if shares.max() == 1:
         raise ValueError("counts: all answers are of one category, so kappa is 0/0: chance alone agrees in full")
