@@ -19,7 +19,7 @@ from npss._fields import Value
 from npss._frames import whole_frames
 from npss._report import contributions
 from npss._score import quotient, weighted_sums
-from npss._sign_flip import FEWEST, SAMPLES, SignFlips, settled, sign_flips
+from npss._sign_flip import MIN_BLOCKS_OF_TEST, SAMPLES, SignFlips, settled, sign_flips
 from npss._signature import signature, stated_with
 
 
@@ -96,7 +96,7 @@ class Comparison:
         first = f"{left_out}{inside[0]:.4f} - {inside[1]:.4f} = {self.difference:.4f}"
         better = f"the first is better in {self.better} of {counted(self.n, 'block')}"
         if self.p_value is None:
-            lines = [f"{first}, {better}", f"  fewer than {FEWEST} blocks give no p-value"]
+            lines = [f"{first}, {better}", f"  fewer than {MIN_BLOCKS_OF_TEST} blocks give no p-value"]
         else:
             low, high = self.interval()
             ways = f"all {2**self.n}" if self.exact else f"{SAMPLES} random"
@@ -238,7 +238,7 @@ def compare(
         signature=meaning,
         n=blocks.n,
         better=int((settled(difference, base[counts]) < 0).sum()),
-        p_value=flips.p_value() if blocks.n >= FEWEST else None,
+        p_value=flips.p_value() if blocks.n >= MIN_BLOCKS_OF_TEST else None,
         exact=flips.exact,
         _blocks=str(blocks),
         _flips=flips,

@@ -1,4 +1,4 @@
-"""Print signs such as † wherever standard output goes: in ASCII where its encoding has them not."""
+"""What a command prints: signs such as † in ASCII where the encoding lacks them, and warnings in one line."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import codecs
 import io
 import os
 import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 _NAME = "npss-ascii"  # of the error handler
 _IN_ASCII = {"†": "^", "–": "-", "—": "-", "−": "-", "∞": "inf", "…": "...", "×": "x", "·": "*", "µ": "u", "μ": "u"}
@@ -23,6 +26,21 @@ def discard_output() -> None:
         print(end="", flush=True)
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@contextmanager
+def warnings_in_one_line(prog: str) -> Iterator[None]:
+    """Let a warning of the block be one line that names the program, and no line of its code."""
+
+    def line(message: Warning | str, *_: object, **__: object) -> str:
+        return f"{prog}: warning: {' '.join(str(message).split())}\n"
+
+    before = warnings.formatwarning
+    warnings.formatwarning = line
+    try:
+        yield
+    finally:
+        warnings.formatwarning = before
 
 
 def _in_ascii(error: UnicodeError) -> tuple[str, int]:

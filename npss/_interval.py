@@ -11,7 +11,7 @@ from npss._bootstrap import METHOD, RESAMPLES, bootstrap_interval, checked_level
 from npss._checks import Float64
 
 #: Blocks from which on there is an interval.
-FEWEST = 10
+MIN_BLOCKS_OF_INTERVAL = 10
 #: What was found of them, by ``benchmarks/significance.py``.
 FOUND = "on real motion, intervals of 95 % held the score in 75 to 97 % of cases, by action and metric"
 #: What there is of fewer, in words that a table can print.
@@ -61,7 +61,7 @@ class Range(NamedTuple):
 def ends(
     numerator: Float64, denominator: Float64, blocks: Blocks, *, level: float = 0.95, seed: int = 0
 ) -> tuple[Float64, Float64]:
-    """Return the ends of intervals of quotients of two sums, or of ranges where there are fewer than `FEWEST` blocks.
+    """Return the ends of intervals of quotients of two sums, or of ranges where blocks are too few for intervals.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def ends(
     checked_level(level)
     checked_seed(seed)
     numerator, denominator = blocks.sums(numerator), blocks.sums(denominator)
-    if blocks.n >= FEWEST:
+    if blocks.n >= MIN_BLOCKS_OF_INTERVAL:
         return bootstrap_interval(numerator, denominator, level=level, seed=seed)
     counts = denominator > 0
     score = np.divide(numerator, denominator, out=np.full(numerator.shape, np.nan), where=counts)
@@ -96,12 +96,12 @@ def interval(
 ) -> Interval | Range:
     """Return the interval of one quotient, or its range."""
     low, high = ends(numerator, denominator, blocks, level=level, seed=seed)
-    kind = Interval if blocks.n >= FEWEST else Range
+    kind = Interval if blocks.n >= MIN_BLOCKS_OF_INTERVAL else Range
     return kind(float(low), float(high))
 
 
 def method(blocks: Blocks, *, level: float = 0.95, seed: int = 0) -> str:
     """Say how the ends were made."""
-    if blocks.n >= FEWEST:
+    if blocks.n >= MIN_BLOCKS_OF_INTERVAL:
         return f"{100 * level:.4g} %, {METHOD}, {RESAMPLES} resamples, seed {seed}"
     return f"range of {counted(blocks.n, 'block')}, too few for an interval"

@@ -11,7 +11,7 @@ from npss._checks import each
 from npss._results import Result
 
 #: Seeds of which a claim about a method needs at least so many.
-FEWEST = 3
+MIN_SEEDS = 3
 
 
 def read_methods(methods: Mapping[str, Sequence[str]] | None) -> dict[str, list[str]]:
@@ -34,8 +34,10 @@ def read_methods(methods: Mapping[str, Sequence[str]] | None) -> dict[str, list[
             raise TypeError(f"methods: expected names of models, got {strange[0]!r}")
         if not method.strip():
             raise ValueError(f"methods: the name of a method is empty: {method!r}")
-        if len(runs) < FEWEST:
-            raise ValueError(f"methods: {method!r} has {len(runs)} runs; to speak of a method takes {FEWEST} or more")
+        if len(runs) < MIN_SEEDS:
+            raise ValueError(
+                f"methods: {method!r} has {len(runs)} runs; to speak of a method takes {MIN_SEEDS} or more"
+            )
         for run in runs:
             if run in seen:
                 raise ValueError(f"methods: {run!r} is there twice")

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from npss._results import EULER
-from npss._sign_flip import FEWEST
+from npss._sign_flip import MIN_BLOCKS_OF_TEST
 from npss._standings import MARK, Standing
 from npss._tables import markdown_code, markdown_text, table
 
@@ -221,7 +221,7 @@ def _ends(standing: Standing, digits: int) -> str:
     text = f"{'range ' * standing.is_range}{standing.low:.{digits}f}–{high}"
     if standing.in_blocks is not None:
         text = f"{standing.in_blocks:.{digits}f}: {text}"
-    if standing.behind is not None and standing.behind[1] < FEWEST:
+    if standing.behind is not None and standing.behind[1] < MIN_BLOCKS_OF_TEST:
         text += f", {standing.behind[0]}/{standing.behind[1]}"
     if seeds := standing.result.seeds:
         text += f", seeds {min(seeds):.{digits}f}–{max(seeds):.{digits}f}"

@@ -12,7 +12,7 @@ from npss._checks import Float64
 
 EXACT_UP_TO = 16  # blocks; beyond, exchanges are drawn
 #: Blocks from which on there is a p-value: of fewer, the smallest possible one is above .05.
-FEWEST = 6
+MIN_BLOCKS_OF_TEST = 6
 SAMPLES = 9999
 _BLOCK = 2**18  # choices held at once
 

@@ -13,10 +13,9 @@ from npss._blocks import INFERRED, Blocks, counted
 from npss._bootstrap import METHOD, RESAMPLES, checked_level
 from npss._checks import Float64
 from npss._fingerprint import differing
-from npss._interval import FEWEST as FEWEST_OF_INTERVAL
-from npss._interval import FOUND, ends
+from npss._interval import FOUND, MIN_BLOCKS_OF_INTERVAL, ends
 from npss._results import EULER, Result
-from npss._sign_flip import EXACT_UP_TO, FEWEST, SAMPLES, settled, sign_flips
+from npss._sign_flip import EXACT_UP_TO, MIN_BLOCKS_OF_TEST, SAMPLES, settled, sign_flips
 from npss._ties import tied
 
 #: What marks a number that is worse than the best by more than chance.
@@ -100,7 +99,7 @@ def _column(results: list[Result], level: float, seed: int) -> list[Standing]:
                 result=result,
                 low=low,
                 high=high,
-                is_range=blocks is not None and blocks.n < FEWEST_OF_INTERVAL,
+                is_range=blocks is not None and blocks.n < MIN_BLOCKS_OF_INTERVAL,
                 in_blocks=_score_in_blocks(result) if blocks is not None and blocks.left_out else None,
                 behind=None if result is leader else _behind(result, leader),
                 rank=1 + len(ahead),
@@ -171,7 +170,7 @@ def _p_values(results: Sequence[Result], seed: int) -> dict[frozenset[str], floa
     found: dict[frozenset[str], float | None] = {}
     for one, other in combinations(results, 2):
         if parts := _difference(one, other):
-            enough = len(parts[0]) >= FEWEST
+            enough = len(parts[0]) >= MIN_BLOCKS_OF_TEST
             found[frozenset((one.model, other.model))] = sign_flips(*parts, seed=seed).p_value() if enough else None
     tested = {pair: p_value for pair, p_value in found.items() if p_value is not None}
     return found | dict(zip(tested, holm(list(tested.values())), strict=True))
@@ -261,8 +260,8 @@ def _of_chance(tested: Sequence[Standing], aside: str, level: float, seed: int) 
         lines.append(f"Intervals: {100 * level:g} %, {METHOD}, {RESAMPLES} resamples, seed {seed}; {FOUND}.")
     if any(standing.is_range for standing in tested):
         lines.append(
-            f"Range: the lowest and the highest score of a block, of fewer than {FEWEST_OF_INTERVAL}, which support no "
-            "interval."
+            "Range: the lowest and the highest score of a block, of fewer than "
+            f"{MIN_BLOCKS_OF_INTERVAL}, which support no interval."
         )
     if any(standing.in_blocks is not None for standing in tested):
         lines.append("Before a colon: the score of the sequences that are in blocks, which interval or range is about.")
@@ -270,10 +269,10 @@ def _of_chance(tested: Sequence[Standing], aside: str, level: float, seed: int) 
         f"{MARK} worse than the best{aside} by more than chance ({1 - level:.2g}; {TEST}; exact up to "
         f"{EXACT_UP_TO} blocks, else {SAMPLES} draws). Rank: 1 + the models that are better by more than chance."
     )
-    if any(standing.behind and standing.behind[1] < FEWEST for standing in tested):
+    if any(standing.behind and standing.behind[1] < MIN_BLOCKS_OF_TEST for standing in tested):
         lines.append(
-            f"4/5, for example: the best{aside} is better in 4 of 5 blocks. Fewer than {FEWEST} blocks give no p-value "
-            "and no mark."
+            f"4/5, for example: the best{aside} is better in 4 of 5 blocks. Fewer than {MIN_BLOCKS_OF_TEST} blocks "
+            "give no p-value and no mark."
         )
     described: dict[str, list[str]] = {}
     for action, found in by_action.items():
@@ -291,7 +290,7 @@ def _too_few(tested: Sequence[Standing], level: float) -> list[str]:
     pairs = math.comb(models, 2)
     n = Blocks(first.groups, np.asarray(first.weight)).n
     smallest = 2.0 ** (1 - n) if n <= EXACT_UP_TO else 1 / (SAMPLES + 1)
-    if n < FEWEST or pairs * smallest <= 1 - level:
+    if n < MIN_BLOCKS_OF_TEST or pairs * smallest <= 1 - level:
         return []
     return [
         f"{first.action or 'all'}: {counted(n, 'block')} cannot show any difference between {models} models: the "

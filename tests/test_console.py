@@ -4,12 +4,22 @@ import io
 import os
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
 from test_command_line import samples
 
 SIGNS = "† – − ∞ … ×"
+
+
+def test_warnings_are_one_line():
+    from npss._console import warnings_in_one_line
+
+    before = warnings.formatwarning
+    with warnings_in_one_line("npss"):
+        assert warnings.formatwarning("one\nline", UserWarning, "file.py", 1) == "npss: warning: one line\n"
+    assert warnings.formatwarning is before
 
 
 def printed(monkeypatch, text, encoding, errors="strict"):

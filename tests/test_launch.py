@@ -308,20 +308,20 @@ def full_disk():
     """A disk that has room for files of 20 kB."""
     old = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, old[1]))
-    yield
+    yield lambda: resource.setrlimit(resource.RLIMIT_FSIZE, old)
     resource.setrlimit(resource.RLIMIT_FSIZE, old)
 
 
 def test_a_full_disk_is_named_and_training_goes_on_once_there_is_room(tmp_path, capsys, request):
     out, said = tmp_path / "r", [*SAID, "--checkpoint-every", "1", "--model.units", "40"]
-    request.getfixturevalue("full_disk")
+    make_room = request.getfixturevalue("full_disk")
     assert command("train", *said, "--out", out) == 2
     line = f"python -m baselines train --resume --out {out}"
     assert capsys.readouterr().err == (
         f"python -m baselines: error: cannot write {out / trainer.CHECKPOINT}: File too large; to go on: {line}\n"
     )
     assert {file.name for file in out.iterdir()} == {config.FILE, launch.LOCK}
-    resource.setrlimit(resource.RLIMIT_FSIZE, (-1, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
+    make_room()
     assert command(*shlex.split(line)[3:]) == 0
 
 

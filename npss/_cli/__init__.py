@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import npss
 from npss._cli import demo, explain, leaderboard, report, score, study
 from npss._cli._parser import Parser
-from npss._console import allow_any_text, discard_output
+from npss._console import allow_any_text, discard_output, warnings_in_one_line
 
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 #: The extra of ``npss`` that brings a package.
@@ -41,7 +41,8 @@ def run(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> int
     allow_any_text()
     options = parser.parse_args(arguments)
     try:
-        options.run(options)
+        with warnings_in_one_line(parser.prog):
+            options.run(options)
         print(end="", flush=True)
     except BrokenPipeError:  # the reader has seen enough, e.g. `npss score ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
