@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from strategies import pairs
 
 import npss
+from npss import _euler_error
 from npss._euler_error import moving_pair
 
 pytestmark = pytest.mark.numeric
@@ -276,3 +277,9 @@ def test_still_sequences_are_left_out_unless_all_are(still):
     one, _, alone = moving_pair(gt[1], pred[1])
     assert np.array_equal(one, gt[1])
     assert alone.tolist() == [bool(still[1])]
+
+
+def test_sequences_are_worked_on_together_while_they_are_small():
+    gt = np.broadcast_to(0.0, (400, 100, 99))
+    assert len(list(_euler_error._blocks(gt, gt))) == 67  # 6 sequences are 2**16 values
+    assert len(list(_euler_error._blocks(gt[:2, :, :1], gt[:2, :, :1]))) == 1

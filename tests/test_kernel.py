@@ -282,6 +282,23 @@ def test_settings_of_numpy_are_left_alone():
     assert (np.getbufsize(), np.geterr()) == before
 
 
+def test_blocks_and_pieces_are_as_large_as_they_may_be(monkeypatch):
+    def spectra(*arguments):
+        calls.append(1)
+        return original(*arguments)
+
+    assert len(_kernel.blocks(np.broadcast_to(0.0, (400, 100, 99)))) == 4  # 105 sequences are 2**20 values
+    assert len(_kernel.blocks(np.broadcast_to(0.0, (4000, 2, 99)))) == 13  # 330 are 2**15 columns
+    calls, original = [], _kernel._spectra
+    monkeypatch.setattr(_kernel, "_spectra", spectra)
+    statistics(*motions(0, 30, 100, 99), Convention())
+    assert len(calls) == 2 * 3  # 10 sequences are 2**18 values with all that is computed of them
+
+
+def test_numbers_that_the_fft_is_fast_on():
+    assert [n for n in range(1, 40) if not _power._is_smooth(n)] == [17, 19, 23, 29, 31, 34, 37, 38]
+
+
 @pytest.mark.parametrize("shape", [(2000, 100, 99), (2000, 25, 99), (400, 400, 99), (20, 40, 99 * 100)])
 def test_memory_does_not_grow_with_the_input(shape):
     gt = np.broadcast_to(motions(0, 1, *shape[1:])[0], shape)  # many sequences that take no memory
