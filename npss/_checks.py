@@ -144,15 +144,18 @@ def one_of(name: str, value: object, choices: tuple[str, ...]) -> None:
         raise ValueError(f"{name}: expected one of {', '.join(choices)}, got {value!r}")
 
 
-def each(name: str, values: Iterable[Item], what: str = "numbers") -> list[Item]:
+def each(name: str, values: Iterable[Item], what: str = "numbers", *, ordered: bool = True) -> list[Item]:
     """Read several values, of which errors speak as `what`, where somebody may have given a single one.
+
+    A set will do where they need not be `ordered`.
 
     Raises
     ------
     TypeError
-        If it is no iterable, or text, or has no order of its values: a set, or a mapping.
+        If it is no iterable, or text, or a mapping, or a set whose order would count.
     """
-    if isinstance(values, str | bytes | set | frozenset | Mapping) or not isinstance(values, Iterable):
+    single = isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable)
+    if single or (ordered and isinstance(values, set | frozenset)):
         raise TypeError(f"{name}: expected a sequence of {what}, got {values!r}")
     return list(values)
 

@@ -90,7 +90,7 @@ def cmu_clips(
     folder = Path(root)
     files = _listed(folder)
     if subjects is not None:
-        wanted = each("subjects", subjects, "names")
+        wanted = each("subjects", subjects, "names", ordered=False)
         there = {file.subject: None for file in files}
         for subject in wanted:
             if not isinstance(subject, str):

@@ -111,7 +111,7 @@ class MotionSet:
             If no clip is left.
         """
         wanted, named, excluded = (
-            None if names is None else set(each(what, names, "names"))
+            None if names is None else set(each(what, names, "names", ordered=False))
             for what, names in (
                 ("subjects", subjects),
                 ("sources", sources),

@@ -73,8 +73,7 @@ def told(error: Exception, extra: str | None = None) -> str:
         if error.errno in _FULL and error.strerror == os.strerror(error.errno):  # all else that is written is named
             return f"cannot write to standard output: {error.strerror}"
         return error.strerror
-    if isinstance(error, ModuleNotFoundError) and error.name is not None:
-        package = error.name.partition(".")[0]
-        if package in _EXTRAS:
-            return f"this needs {package}, which is not installed: pip install 'npss[{extra or _EXTRAS[package]}]'"
+    package = (error.name or "").partition(".")[0] if isinstance(error, ModuleNotFoundError) else ""
+    if package in _EXTRAS:
+        return f"this needs {package}, which is not installed: pip install 'npss[{extra or _EXTRAS[package]}]'"
     return str(error)
