@@ -144,6 +144,7 @@ class TestSums:
         values = np.arange(3.0)
         blocks = Blocks(None, np.array([1.0, 0.0, 1.0]))
         assert blocks.sums(values) is values
+        assert blocks.left_out == 0
         assert (blocks.n, len(blocks), str(blocks)) == (2, 3, "2 sequences, each its own block, assumed independent")
 
     def test_blocks_without_weight_do_not_count(self):

@@ -108,6 +108,17 @@ def test_p_of_drawn_exchanges_is_close_to_that_of_all(mean):
     assert len(others) > 1
 
 
+def test_exchanges_drawn_at_random_have_the_distribution_of_all(monkeypatch):
+    difference, weight = np.array([0.5, -0.2, 0.9, 0.3]), np.ones(4)
+    exact = sign_flips(difference, weight)
+    monkeypatch.setattr(_sign_flip, "EXACT_UP_TO", 1)
+    drawn = sign_flips(difference, weight)  # one in eight exchanges all blocks or none
+    assert not drawn.exact
+    assert np.isinf(drawn.low).mean() == pytest.approx(1 / 8, abs=4 * (7 / 64 / SAMPLES) ** 0.5)
+    p = exact.p_value()
+    assert drawn.p_value() == pytest.approx(p, abs=4 * (p * (1 - p) / SAMPLES) ** 0.5)
+
+
 @pytest.mark.parametrize("n", [EXACT_UP_TO, EXACT_UP_TO + 1, 60])
 def test_p_is_never_zero(n):
     flips = sign_flips(np.ones(n), np.ones(n))

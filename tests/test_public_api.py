@@ -48,6 +48,14 @@ def test_public_functions_are_documented_in_whole(space, name):
         assert f"\n{section}\n---" in text, section
 
 
+@pytest.mark.parametrize(("space", "name"), FUNCTIONS)
+def test_what_is_given_has_a_name_and_options_have_to_be_called_by_theirs(space, name):
+    parameters = inspect.signature(getattr(sys.modules[space], name)).parameters.values()
+    assert all(parameter.kind != parameter.POSITIONAL_ONLY for parameter in parameters)
+    by_place = [one for one in parameters if one.kind == one.POSITIONAL_OR_KEYWORD and one.default is not one.empty]
+    assert by_place in ([], by_place[:1])  # `signature("released")`
+
+
 def test_what_is_imported_late_is_there_all_the_same():
     assert set(npss.__all__) <= set(dir(npss))
     with pytest.raises(AttributeError, match="module 'npss' has no attribute 'scores'"):
