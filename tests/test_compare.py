@@ -582,3 +582,10 @@ def test_ground_truth_that_cannot_be_compared_by():
         npss.compare(gt, one, other, metric="euler_error", fps=25, at_ms=80)
     with pytest.raises(ValueError, match=r"^pred_b: its difference from gt is beyond"):
         npss.compare(motions()[0], one, np.full_like(gt, 1.7e308), metric="euler_error", fps=25, at_ms=80)
+
+
+def test_arrays_may_be_named_and_options_have_to_be():
+    gt, a, b = np.random.default_rng(0).normal(size=(3, 6, 10, 2))
+    assert str(npss.compare(gt=gt, pred_a=a, pred_b=b)) == str(npss.compare(gt, a, b))
+    with pytest.raises(TypeError, match="positional"):
+        npss.compare(gt, a, b, "npss")

@@ -339,6 +339,7 @@ class TestKappa:
         ("counts", "error", "message"),
         [
             ([[3, 1], [4, 0], [2, 3]], ValueError, "question 1 was answered by 4 participants, question 3 by 5"),
+            ([[3, 1], [2, 3], [4, 0]], ValueError, "question 1 was answered by 4 participants, question 2 by 5"),
             ([[3, 0], [3, 0]], ValueError, "all answers are of one category, so kappa is 0/0"),
             ([[1, 0], [0, 1]], ValueError, "agreement needs two participants or more, got 1"),
             ([[0, 0]], ValueError, "agreement needs two participants or more, got 0"),
