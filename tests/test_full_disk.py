@@ -2,14 +2,13 @@
 
 import errno
 import os
-import resource
 import subprocess
 import sys
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
+from disk import full_disk
 from test_command_line import run, samples
 
 import npss
@@ -17,17 +16,6 @@ from npss import study
 from npss._cli import told
 
 OLD = b"what was there before"
-
-
-@contextmanager
-def full_disk():
-    """Let no file become longer than a kilobyte."""
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, limits[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +35,7 @@ def folder(tmp_path_factory, arrays):
 def keeps(path, write):
     """Make sure that what was there is there, in both cases: a full disk and one that is not."""
     path.write_bytes(OLD)
-    with full_disk():
+    with full_disk(1024):
         said = write(path)
     assert f"cannot write {path}: File too large" in said
     assert path.read_bytes() == OLD

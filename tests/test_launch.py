@@ -1,7 +1,6 @@
 """Training as a user and a cluster start and end it: signals, environments, full disks, folders, how long it takes."""
 
 import os
-import resource
 import shlex
 import signal
 import subprocess
@@ -13,6 +12,7 @@ from types import SimpleNamespace
 
 import pytest
 import torch
+from disk import full_disk
 from filelock import FileLock
 from lightning.pytorch.utilities.rank_zero import rank_zero_only
 from test_training import RECIPE, TINY, _tiny, command, configured, outcome, processes, same, trained
@@ -303,25 +303,15 @@ def test_what_a_killed_process_left_is_removed(tmp_path):
 # --- files ---
 
 
-@pytest.fixture
-def full_disk():
-    """A disk that has room for files of 20 kB."""
-    old = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, old[1]))
-    yield lambda: resource.setrlimit(resource.RLIMIT_FSIZE, old)
-    resource.setrlimit(resource.RLIMIT_FSIZE, old)
-
-
-def test_a_full_disk_is_named_and_training_goes_on_once_there_is_room(tmp_path, capsys, request):
+def test_a_full_disk_is_named_and_training_goes_on_once_there_is_room(tmp_path, capsys):
     out, said = tmp_path / "r", [*SAID, "--checkpoint-every", "1", "--model.units", "40"]
-    make_room = request.getfixturevalue("full_disk")
-    assert command("train", *said, "--out", out) == 2
+    with full_disk(20_000):
+        assert command("train", *said, "--out", out) == 2
     line = f"python -m baselines train --resume --out {out}"
     assert capsys.readouterr().err == (
         f"python -m baselines: error: cannot write {out / trainer.CHECKPOINT}: File too large; to go on: {line}\n"
     )
     assert {file.name for file in out.iterdir()} == {config.FILE, launch.LOCK}
-    make_room()
     assert command(*shlex.split(line)[3:]) == 0
 
 
@@ -531,15 +521,16 @@ def test_what_a_run_is_not(tmp_path):
         arguments.h36m_of(SimpleNamespace(h36m=None, config=None), [tmp_path])
 
 
-def test_a_full_disk_leaves_no_half_a_cache(tmp_path, full_disk):
+def test_a_full_disk_leaves_no_half_a_cache(tmp_path):
     text, cache = tmp_path / "walking_1.txt", tmp_path / "cache"
     text.write_text("\n".join([",".join(["0.5"] * 99)] * 40), encoding="utf-8")  # 16 kB in binary
     assert h36m._read(text, cache).shape == (40, 99)
     (kept,) = cache.iterdir()
     text.write_text("\n".join([",".join(["0"] * 99)] * 60), encoding="utf-8")
-    with pytest.raises(OSError, match=r"cannot write .*\.npy: File too large$"):
+    with full_disk(20_000), pytest.raises(OSError, match=r"cannot write .*\.npy: File too large$"):
         h36m._read(text, cache)
     assert list(cache.iterdir()) == [kept]
-    with pytest.raises(OSError, match=r"cannot write .*/motion-.*\.npz: File too large$"):
+    missing_room = pytest.raises(OSError, match=r"cannot write .*/motion-.*\.npz: File too large$")
+    with full_disk(20_000), missing_room:
         prepared.cached(tmp_path / "prepared", "key", lambda: motion_set(quick=True))
     assert not list((tmp_path / "prepared").iterdir())
