@@ -52,7 +52,7 @@ def run(name: str, variables: Mapping[str, str]) -> bool:
         return True
     files = [
         str(path)
-        for path in sorted(Path("tests").glob("test_*.py"))
+        for path in sorted(Path("tests").rglob("test_*.py"))
         if "mark.numeric" in path.read_text(encoding="utf-8")
     ]
     environment = {"OMP_NUM_THREADS": "1"} | os.environ | variables

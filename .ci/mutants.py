@@ -39,26 +39,32 @@ ROOT = Path(__file__).resolve().parent.parent
 #: The modules of each group, with the test files that cover them.
 GROUPS: dict[str, dict[str, str]] = {
     "metric": {
-        "_convention.py _exact_sum.py _kernel.py _power.py": "score exact_sum kernel",
-        "_accumulator.py _frames.py _score.py": "score accumulator frames workers",
+        "_metric/convention.py _metric/exact_sum.py _metric/kernel.py _metric/power.py": (
+            "metric/score metric/exact_sum metric/kernel"
+        ),
+        "_metric/accumulator.py _metric/frames.py _metric/score.py": (
+            "metric/score metric/accumulator metric/frames metric/workers"
+        ),
     },
     "rotations": {
-        "rotations/*.py": "rotations rotations_* continuous",
-        "_unwrap.py": "unwrap",
-        "_poses.py _euler_error.py": "poses euler_error",
+        "rotations/_[!pu]*.py": (
+            "rotations/rotations rotations/accuracy rotations/euler rotations/legacy rotations/continuous"
+        ),
+        "rotations/_unwrap.py": "rotations/unwrap",
+        "rotations/_poses.py _metric/euler_error.py": "rotations/poses metric/euler_error",
     },
     "skeleton": {"skeleton.py": "skeleton"},
     "statistics": {
-        "_blocks.py": "blocks",
-        "_bootstrap.py _interval.py": "bootstrap compare report",
-        "_compare.py _sign_flip.py": "compare bootstrap blocks",
-        "_methods.py": "methods",
-        "_standings.py": "standings leaderboard",
-        "_ties.py": "ties study_metrics",
-        "study/_agreement.py study/_intervals.py study/_paired.py study/_two_samples.py": "study_tests study_metrics",
-        "study/_ranking.py": "study_metrics",
-        "study/_design.py study/_planning.py": "study_design study_planning",
-        "study/_kappa.py study/_votes.py": "study_votes",
+        "_analysis/blocks.py": "analysis/blocks",
+        "_analysis/bootstrap.py _analysis/interval.py": "analysis/bootstrap analysis/compare analysis/report",
+        "_analysis/compare.py _analysis/sign_flip.py": "analysis/compare analysis/bootstrap analysis/blocks",
+        "_analysis/ties.py": "analysis/ties study/metrics",
+        "ranking/_methods.py": "ranking/methods",
+        "ranking/_standings.py": "ranking/standings ranking/leaderboard",
+        "study/_agreement.py study/_intervals.py study/_paired.py study/_two_samples.py": "study/tests study/metrics",
+        "study/_ranking.py": "study/metrics",
+        "study/_design.py study/_planning.py": "study/design study/planning",
+        "study/_kappa.py study/_votes.py": "study/votes",
     },
 }
 SHARE_KILLED, SHARE_LISTED = 0.95, 0.10
@@ -247,7 +253,8 @@ def run(group: str, size: int, seed: int, equivalent: set[tuple[str, str, str]],
     tests, paths = {}, []
     for modules, names in GROUPS[group].items():
         paths += files("npss", modules)
-        covering = [str(path) for name in names.split() for path in files("tests", f"test_{name}.py")]
+        folders = (one.rpartition("/") for one in names.split())
+        covering = [str(Path("tests/npss", folder, f"test_{name}.py")) for folder, _, name in folders]
         tests |= {path: list(dict.fromkeys(covering)) for path in files("npss", modules)}
     mutants = [one for one in sample(paths, size, seed) if only in str(one)]
     rest = [one for one in mutants if one.key not in equivalent]
@@ -296,7 +303,7 @@ def main() -> int:
             shutil.rmtree(cache)
         os.chdir(folder)
         sys.path.insert(0, folder)
-        os.environ["PYTHONPATH"] = folder
+        os.environ["PYTHONPATH"] = os.pathsep.join([folder, str(Path(folder, "baselines"))])
         import hypothesis  # noqa: F401 - here, so that no process has to
         import scipy.stats  # noqa: F401
 

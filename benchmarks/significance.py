@@ -4,7 +4,7 @@
 
 Simulated errors with weights of real windows of Human3.6M, where ``NPSS_H36M`` names its folder; of generated motion
 else, and the output says which. Then, on real motion alone, intervals of blocks drawn from all subjects. It takes some
-minutes; ``tests/overlap.py`` describes the simulation.
+minutes; ``tests/helpers/overlap.py`` describes the simulation.
 """
 
 import os
@@ -13,14 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
 import overlap
-
-from baselines.data import h36m
-from baselines.predictors import repeat, zero_velocity
 from npss import CONVENTIONS, poses_to_euler, protocol
-from npss._blocks import Blocks
-from npss._report import contributions
+from npss._analysis.blocks import Blocks
+from npss._analysis.report import contributions
+from npss.predictors import repeat, zero_velocity
+from npss_baselines.data import h36m
 
 PHIS = (0.9, 0.98)
 N_BLOCKS = (8, 10, 13, 20, 32)

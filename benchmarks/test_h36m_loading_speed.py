@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from baselines.data import h36m
+from npss_baselines.data import h36m
 
 
 def root_of(tmp_path):

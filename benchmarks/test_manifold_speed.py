@@ -20,13 +20,14 @@ import pytest
 torch = pytest.importorskip("torch", reason="needs torch")
 pytest.importorskip("lightning", reason="needs lightning")
 
-from baselines.data.motion_synthetic import synthetic_clips  # noqa: E402
-from baselines.manifold import config, training  # noqa: E402
-from baselines.manifold._one_window import OneWindow  # noqa: E402
-from baselines.manifold.autoencoder import Autoencoder  # noqa: E402
-from baselines.manifold.normalization import Normalization  # noqa: E402
-from baselines.manifold.prepared import prepare  # noqa: E402
-from baselines.manifold.projector import Manifold  # noqa: E402
+from npss_baselines.data.motion_synthetic import synthetic_clips  # noqa: E402
+from npss_baselines.manifold.model.autoencoder import Autoencoder  # noqa: E402
+from npss_baselines.manifold.model.per_window_sgd import OneWindow  # noqa: E402
+from npss_baselines.manifold.model.projector import Manifold  # noqa: E402
+from npss_baselines.manifold.motion.normalization import Normalization  # noqa: E402
+from npss_baselines.manifold.motion.prepared import prepare  # noqa: E402
+from npss_baselines.manifold.training import config  # noqa: E402
+from npss_baselines.manifold.training import loop as training  # noqa: E402
 
 WINDOWS, EPOCHS = 9673, 25
 WALKERS, FRAMES = 17, 160 + 80 * (WINDOWS // 17 - 1)  # 17 walks of 569 windows

@@ -22,9 +22,9 @@ torch = pytest.importorskip("torch", reason="needs torch")
 
 from torch.nn import functional  # noqa: E402
 
-from baselines.models.derivatives import next_derivatives, no_past  # noqa: E402
-from baselines.models.vtln import VTLN, VTLNConfig  # noqa: E402
-from baselines.training.captured import Captured  # noqa: E402
+from npss_baselines.models.derivatives import next_derivatives, no_past  # noqa: E402
+from npss_baselines.models.vtln import VTLN, VTLNConfig  # noqa: E402
+from npss_baselines.training.captured import Captured  # noqa: E402
 
 BATCH, SEED, FRAMES, TURNS, TOGETHER = 32, 50, 150, 5, 4
 DEVICES = ["cpu", pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="needs CUDA"))]

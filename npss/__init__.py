@@ -12,22 +12,22 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from npss._convention import CONVENTIONS, Convention
-from npss._score import score, score_windows
+from npss._metric.convention import CONVENTIONS, Convention
+from npss._metric.score import score, score_windows
 
 if TYPE_CHECKING:
     from npss import plot, protocol, published, rotations, skeleton, study
-    from npss._accumulator import Accumulator
-    from npss._compare import Comparison, compare
-    from npss._diagnose import Finding, diagnose
-    from npss._euler_error import euler_error, euler_error_curve, mse
-    from npss._explain import explain
-    from npss._interval import Interval, Range
-    from npss._leaderboard import leaderboard
-    from npss._poses import poses_to_euler
-    from npss._report import Report, report
-    from npss._signature import METRIC_VERSION, parse_signature, signature
-    from npss._unwrap import unwrap
+    from npss._analysis.compare import Comparison, compare
+    from npss._analysis.diagnose import Finding, diagnose
+    from npss._analysis.interval import Interval, Range
+    from npss._analysis.report import Report, report
+    from npss._metric.accumulator import Accumulator
+    from npss._metric.euler_error import euler_error, euler_error_curve, mse
+    from npss._metric.explain import explain
+    from npss._metric.signature import METRIC_VERSION, parse_signature, signature
+    from npss.ranking._leaderboard import leaderboard
+    from npss.rotations._poses import poses_to_euler
+    from npss.rotations._unwrap import unwrap
 
 __version__ = "0.1.0"
 
@@ -67,31 +67,31 @@ __all__ = [
 # What a loop that only scores does not need is imported when it is first asked for: `import npss` costs little more
 # than `import numpy`.
 _LAZY = {
-    "Accumulator": "npss._accumulator",
-    "Comparison": "npss._compare",
-    "Finding": "npss._diagnose",
-    "Interval": "npss._interval",
-    "METRIC_VERSION": "npss._signature",
-    "Range": "npss._interval",
-    "Report": "npss._report",
-    "compare": "npss._compare",
-    "diagnose": "npss._diagnose",
-    "euler_error": "npss._euler_error",
-    "euler_error_curve": "npss._euler_error",
-    "explain": "npss._explain",
-    "leaderboard": "npss._leaderboard",
-    "mse": "npss._euler_error",
-    "parse_signature": "npss._signature",
+    "Accumulator": "npss._metric.accumulator",
+    "Comparison": "npss._analysis.compare",
+    "Finding": "npss._analysis.diagnose",
+    "Interval": "npss._analysis.interval",
+    "METRIC_VERSION": "npss._metric.signature",
+    "Range": "npss._analysis.interval",
+    "Report": "npss._analysis.report",
+    "compare": "npss._analysis.compare",
+    "diagnose": "npss._analysis.diagnose",
+    "euler_error": "npss._metric.euler_error",
+    "euler_error_curve": "npss._metric.euler_error",
+    "explain": "npss._metric.explain",
+    "leaderboard": "npss.ranking._leaderboard",
+    "mse": "npss._metric.euler_error",
+    "parse_signature": "npss._metric.signature",
     "plot": "npss.plot",
-    "poses_to_euler": "npss._poses",
+    "poses_to_euler": "npss.rotations._poses",
     "protocol": "npss.protocol",
     "published": "npss.published",
-    "report": "npss._report",
+    "report": "npss._analysis.report",
     "rotations": "npss.rotations",
-    "signature": "npss._signature",
+    "signature": "npss._metric.signature",
     "skeleton": "npss.skeleton",
     "study": "npss.study",
-    "unwrap": "npss._unwrap",
+    "unwrap": "npss.rotations._unwrap",
 }
 
 

@@ -2,6 +2,6 @@
 
 import sys
 
-from npss._cli import main
+from npss.commands import main
 
 sys.exit(main())

@@ -10,7 +10,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import (
+from npss._metric.euler_error import MOVES
+from npss._metric.frames import whole_frames
+from npss.rotations._forms import result_dtype
+from npss.rotations._poses import POSE
+from npss.validation import (
     Array,
     Float64,
     check_finite,
@@ -21,13 +25,13 @@ from npss._checks import (
     positive_number,
     real_array,
 )
-from npss._frames import whole_frames
-from npss.rotations._forms import result_dtype
 
 __all__ = [
     "ACTIONS",
     "COLUMNS",
     "FPS",
+    "MOVES",
+    "POSE",
     "SLICES_MS",
     "TEST_LENGTHS",
     "TEST_SUBJECT",

@@ -6,9 +6,9 @@ import csv
 from importlib.resources import files
 from typing import Any
 
-from npss._checks import one_of
-from npss._records import Record, signature_of
-from npss._signature import signature
+from npss._metric.signature import signature
+from npss.records import Record, signature_of
+from npss.validation import one_of
 
 __all__ = ["records"]
 

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array, Float64, check_finite, each, is_integer, one_of, real_array
-from npss._poses import POSE
 from npss.rotations._expmap import EXPMAP
 from npss.rotations._forms import convert, result_dtype, rotation_array
 from npss.rotations._matrix import MATRIX
+from npss.rotations._poses import POSE
 from npss.rotations._quaternion import QUATERNION
+from npss.validation import Array, Float64, check_finite, each, is_integer, one_of, real_array
 
 __all__ = ["FEATURE_NAMES", "H36M", "Skeleton", "poses_to_positions"]
 

@@ -15,8 +15,8 @@ from __future__ import annotations
 import numpy as np
 import torch
 
-from npss._checks import check_finite, motion_array
-from npss._convention import Convention, as_convention
+from npss._metric.convention import Convention, as_convention
+from npss.validation import check_finite, motion_array
 
 __all__ = ["score"]
 

@@ -9,9 +9,9 @@ from typing import Any
 import torch
 from torchmetrics import Metric
 
-from npss._checks import one_of
-from npss._convention import CHOICES, Convention, as_convention
+from npss._metric.convention import CHOICES, Convention, as_convention
 from npss.torch import check_finite_tensor, check_pair, weighted_sums
+from npss.validation import one_of
 
 __all__ = ["NPSS"]
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array, check_finite, positive_number, real_array
 from npss.skeleton import Skeleton
+from npss.validation import Array, check_finite, positive_number, real_array
 
 _LARGEST = 2**15 - 1  # mm; positions are kept as 16-bit integers
 

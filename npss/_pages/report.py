@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy.typing as npt
 
 from npss._pages._html import figure, pack, page, positions_array
-from npss._render import CITE
+from npss.ranking._render import CITE
 from npss.skeleton import Skeleton
 
 

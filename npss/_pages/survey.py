@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from npss._arrays import MAX_SIZE
-from npss._checks import is_integer
-from npss._files import Pair
 from npss._pages._html import figure, pack, page, positions_array, resource
-from npss._submissions import naming, read_submissions
+from npss.files._arrays import MAX_SIZE
+from npss.files._samples import Pair
 from npss.protocol import FPS
+from npss.ranking._submissions import naming, read_submissions
 from npss.skeleton import H36M, Skeleton, poses_to_positions
+from npss.validation import is_integer
 
 if TYPE_CHECKING:
     from npss.study import Question
@@ -33,8 +33,8 @@ def survey(
     Parameters
     ----------
     directory : Path
-        Holds one file of samples for each model, ``MODEL.h5`` or ``MODEL.npz``: see `npss._files.read_poses`. Sequences
-        are numbered from 0 on in the order of their indices.
+        Holds one file of samples for each model, ``MODEL.h5`` or ``MODEL.npz``: see `read_poses`. Sequences are
+        numbered from 0 on in the order of their indices.
     n_questions : int
         How many questions: see `npss.study.design`, which draws them.
     seed : int

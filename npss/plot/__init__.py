@@ -1,4 +1,4 @@
-"""Pictures of scores and of what they are made of; matplotlib draws them (``pip install 'npss[plot]'``).
+"""Pictures of scores and of what they are made of; matplotlib draws them (extra ``plot``).
 
 Each function returns a `matplotlib.figure.Figure`, made without pyplot and windows, and by matplotlib's own settings,
 whatever a ``matplotlibrc`` says; its `savefig` writes SVG, PDF or PNG. What the numbers are is in the picture: units,

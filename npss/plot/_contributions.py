@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from npss._checks import Float64
-from npss._report import joint_of
-from npss.plot._style import COLOURS, GREY, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
+from npss._analysis.report import joint_of
+from npss.plot.style import COLOURS, GREY, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
+from npss.validation import Float64
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from npss._report import Report
+    from npss._analysis.report import Report
 
 _MOST_PRINTED = 12  # sequences, up to which a cell has room for its number
 _LEAST_PRINTED = 0.005

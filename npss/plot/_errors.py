@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from npss._blocks import Blocks, Label, read_groups
-from npss._checks import Float64, positive_number
-from npss._euler_error import moving_pair, sequence_errors
-from npss._fields import Value
-from npss._interval import ends, method
-from npss._names import model_name
-from npss._signature import signature, stated_with
-from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
+from npss._analysis.blocks import Blocks, Label, read_groups
+from npss._analysis.interval import ends, method
+from npss._metric.euler_error import moving_pair, sequence_errors
+from npss._metric.fields import Value
+from npss._metric.signature import signature, stated_with
+from npss.plot.style import COLOURS, DASHES, GREY, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
 from npss.protocol import SLICES_MS
+from npss.ranking._names import model_name
+from npss.validation import Float64, positive_number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,11 +6,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from npss.extras import install_hint
+
 try:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 except ImportError:
-    raise ImportError("npss.plot needs matplotlib: pip install 'npss[plot]'") from None
+    raise ImportError(f"npss.plot needs matplotlib; {install_hint('plot')}") from None
 
 
 @contextmanager

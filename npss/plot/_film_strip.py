@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array, check_finite, each, is_real, one_of, positive_number, real_array
-from npss._frames import whole_frames
-from npss.plot._style import COLOURS, GREY, SMALL, TRUTH, by_defaults, footnote, label, new_figure
+from npss._metric.frames import whole_frames
+from npss.plot.style import COLOURS, GREY, SMALL, TRUTH, by_defaults, footnote, label, new_figure
+from npss.validation import Array, check_finite, each, is_real, one_of, positive_number, real_array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

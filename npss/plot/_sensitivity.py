@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from npss._checks import each
-from npss.plot._style import COLOURS, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
+from npss.plot.style import COLOURS, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
+from npss.validation import each
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,7 +25,7 @@ def sensitivity(rows: Sequence[Mapping[str, Any]]) -> Figure:
     Parameters
     ----------
     rows : sequence of mapping
-        Records as ``python -m baselines sensitivity --format json`` prints them: ``distortion``, ``strength``,
+        Records as ``npss-baselines sensitivity --format json`` prints them: ``distortion``, ``strength``,
         ``unit``, ``euler_error``, ``npss`` by convention, and ``signatures`` by metric or convention.
 
     Returns

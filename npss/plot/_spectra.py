@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Float64, check_finite, each, is_integer, motion_pair, positive_number
-from npss._convention import Convention, as_convention
-from npss._fields import Value
-from npss._power import PowerSpectrum
-from npss._score import score
-from npss._signature import signature, stated_with
-from npss.plot._style import COLOURS, DASHES, GREY, SMALL, TRUTH, by_defaults, footnote, label, new_figure, tidy
+from npss._metric.convention import Convention, as_convention
+from npss._metric.fields import Value
+from npss._metric.power import PowerSpectrum
+from npss._metric.score import score
+from npss._metric.signature import signature, stated_with
+from npss.plot.style import COLOURS, DASHES, GREY, SMALL, TRUTH, by_defaults, footnote, label, new_figure, tidy
+from npss.validation import Float64, check_finite, each, is_integer, motion_pair, positive_number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array
 from npss.rotations._forms import convert
 from npss.rotations._matrix import MATRIX
 from npss.rotations._quaternion import QUATERNION
+from npss.validation import Array
 
 
 def geodesic_angle(a: npt.ArrayLike, b: npt.ArrayLike) -> Array:

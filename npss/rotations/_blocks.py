@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from npss._checks import Array, check_finite
+from npss.validation import Array, check_finite
 
 #: The columns of one block: 1-D arrays of one length.
 Columns = tuple[Array, ...]

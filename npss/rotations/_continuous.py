@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array
 from npss.rotations._frames import rotations_in_time
+from npss.validation import Array
 
 
 def continuous(q: npt.ArrayLike, *, axis: int, start: npt.ArrayLike | None = None) -> Array:

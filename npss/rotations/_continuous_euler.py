@@ -7,10 +7,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array, Float64
-from npss._unwrap import require_turns
 from npss.rotations._euler import EulerSequence, euler_sequence
 from npss.rotations._frames import rotations_in_time
+from npss.rotations._unwrap import require_turns
+from npss.validation import Array, Float64
 
 #: In machine epsilons, the cosine (sine) of the middle angle up to which a conversion may have seen gimbal lock: twice
 #: that of `npss.rotations._euler`, since the angle is rounded, too.

@@ -23,9 +23,9 @@ from typing import Any
 
 import numpy as np
 
-from npss._checks import Array, one_of
 from npss.rotations._blocks import Columns, require_finite
 from npss.rotations._forms import Form, Quaternion
+from npss.validation import Array, one_of
 
 #: The Human3.6M convention: the angles of "XYZ", negated.
 H36M = "h36m"

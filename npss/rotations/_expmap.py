@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from npss._checks import Array
 from npss.rotations._blocks import BadRotationError, Columns, require_finite
 from npss.rotations._forms import Form, Quaternion
+from npss.validation import Array
 
 #: Smaller squared angles count as this one: the functions of the angle have reached their limits long before.
 TINY = 1e-30

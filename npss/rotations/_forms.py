@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array, real_array
 from npss.rotations._blocks import Columns, Kernel, fill
+from npss.validation import Array, real_array
 
 #: Columns w, x, y, z; w may be one number for all. Not zero; its square stays within the number range.
 Quaternion = tuple[Array | float, Array, Array, Array]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array, check_finite, is_integer
 from npss.rotations._forms import result_dtype, rotation_array
+from npss.validation import Array, check_finite, is_integer
 
 
 def rotations_in_time(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import Array
 from npss.rotations._blocks import fill
 from npss.rotations._euler import H36M, euler_form
 from npss.rotations._expmap import EXPMAP
@@ -13,6 +12,7 @@ from npss.rotations._forms import convert, result_dtype, rotation_array
 from npss.rotations._legacy import legacy_euler
 from npss.rotations._matrix import MATRIX
 from npss.rotations._quaternion import QUATERNION
+from npss.validation import Array
 
 
 def expmap_to_matrix(v: npt.ArrayLike) -> Array:

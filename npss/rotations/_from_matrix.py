@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy.typing as npt
 
-from npss._checks import Array
 from npss.rotations._euler import H36M, euler_form
 from npss.rotations._expmap import EXPMAP
 from npss.rotations._forms import convert
 from npss.rotations._matrix import MATRIX
 from npss.rotations._quaternion import QUATERNION
+from npss.validation import Array
 
 
 def matrix_to_expmap(R: npt.ArrayLike) -> Array:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from npss._checks import Array
 from npss.rotations._blocks import Columns
 from npss.rotations._expmap import angle_of, require_angle
+from npss.validation import Array
 
 #: Added to the angle before dividing by it, although the code runs in float64.
 _EPSILON = float(np.finfo(np.float32).eps)

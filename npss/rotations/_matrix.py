@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from npss._checks import Array
 from npss.rotations._blocks import BadRotationError, Columns, require_finite
 from npss.rotations._forms import Form, Quaternion
+from npss.validation import Array
 
 #: By item size, how far an entry of ``R @ R.T`` may be from the identity. Wide enough for matrices that have
 #: been through the next lower precision.

@@ -1,10 +1,10 @@
 """A user study of metrics: which questions to ask, how to count the votes, and what they show.
 
 Numpy and the standard library do most; the exact tests and Clopper and Pearson's interval need scipy
-(``pip install 'npss[study]'``).
+(extra ``study``).
 """
 
-from npss._interval import Interval
+from npss._analysis.interval import Interval
 from npss.study._agreement import Agreement, JointAgreement, agreement, joint_agreement
 from npss.study._design import Question, design
 from npss.study._files import read_votes, write_votes

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from npss._checks import one_of
 from npss.study._votes import CHOICES
+from npss.validation import one_of
 
 
 @dataclass(frozen=True, kw_only=True)

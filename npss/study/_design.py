@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from npss._checks import each, is_integer, positive_integer
+from npss.validation import each, is_integer, positive_integer
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from io import StringIO
 from os import PathLike
 from pathlib import Path
 
-from npss._text import read_text
-from npss._write import write_text_atomically
+from npss.files._text import read_text
+from npss.files._write import write_text_atomically
 from npss.study._design import Question
 from npss.study._votes import CHOICES, Vote
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from npss._checks import is_integer, is_real, positive_integer
+from npss.extras import install_hint
+from npss.validation import is_integer, is_real, positive_integer
 
 #: What the first proportion may be said to be, compared with the second one.
 ALTERNATIVES = ("greater", "less", "two-sided")
@@ -35,4 +36,4 @@ def scipy_stats(who: str) -> Any:
     try:
         return import_module("scipy.stats")
     except ImportError:
-        raise ImportError(f"{who} needs scipy: pip install 'npss[study]'") from None
+        raise ImportError(f"{who} needs scipy; {install_hint('study')}") from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from statistics import NormalDist
 
-from npss._interval import Interval
+from npss._analysis.interval import Interval
 from npss.study._input import count_of, fraction, scipy_stats
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from npss._checks import real_array
+from npss.validation import real_array
 
 
 def fleiss_kappa(counts: npt.ArrayLike) -> float:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import comb
 
-from npss._checks import is_integer, one_of
 from npss.study._input import ALTERNATIVES
+from npss.validation import is_integer, one_of
 
 
 @dataclass(frozen=True, kw_only=True)

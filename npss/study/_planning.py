@@ -6,8 +6,8 @@ import math
 from bisect import bisect_left
 from statistics import NormalDist
 
-from npss._checks import one_of, positive_integer
 from npss.study._input import ALTERNATIVES, fraction
+from npss.validation import one_of, positive_integer
 
 _Z = NormalDist()
 _MOST = 2**40

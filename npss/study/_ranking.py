@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from npss._checks import each, is_real
-from npss._ties import tied
+from npss._analysis.ties import tied
 from npss.protocol import SLICES_MS
 from npss.study._design import Question
+from npss.validation import each, is_real
 
 
 def model_scores(
@@ -20,7 +20,7 @@ def model_scores(
     Parameters
     ----------
     records : sequence of dict
-        As ``python -m baselines evaluate --format json`` prints and `npss.published.records` returns.
+        As ``npss-baselines evaluate --format json`` prints and `npss.published.records` returns.
     models : sequence of str
         The models.
     action : str

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from npss._convention import CONVENTIONS
+from npss._metric.convention import CONVENTIONS
 from npss.study._agreement import agreement, joint_agreement
 from npss.study._intervals import wilson_interval
 from npss.study._kappa import kappa

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from npss._checks import one_of
-from npss._interval import Interval
+from npss._analysis.interval import Interval
 from npss.study._input import ALTERNATIVES, count_of, fraction, scipy_stats
 from npss.study._intervals import newcombe_interval, wilson_interval
+from npss.validation import one_of
 
 
 @dataclass(frozen=True, kw_only=True)

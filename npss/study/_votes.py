@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from npss._checks import is_real, positive_integer
 from npss.study._design import Question, generator
+from npss.validation import is_real, positive_integer
 
 #: What a participant may answer: the motion on the left, the one on the right, or neither.
 CHOICES = ("A", "B", "tie")

@@ -1,0 +1,121 @@
+"""Rank predictors and prediction files on the same windows: a leaderboard, and a page that shows it all."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from npss import parse_signature, signature
+from npss.commands import add_leaderboard_options, leaderboard_of, show_leaderboard, write_report
+from npss.console import Progress
+from npss.files import MAX_SIZE, Pair, check_output
+from npss.predictors import PREDICTORS, Predictor
+from npss.ranking import Submissions, check_truths, read_actions, records_of, sample_files
+from npss.records import Record
+from npss_baselines.commands.evaluate import by_name, is_run
+from npss_baselines.data.tasks import Task, add_task_options, tasks_of
+
+_DESCRIPTION = """\
+Rank predictors, and models of which there are prediction files, on the same test windows: Euler error and NPSS with
+intervals, and marks where a difference is more than chance. Needs pandas; the page needs matplotlib, too
+(extras pandas and plot of npss-metric).
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of ``npss-baselines``."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "leaderboard", help="rank predictors and prediction files", description=_DESCRIPTION
+    )
+    parser.add_argument(
+        "models",
+        nargs="*",
+        metavar="MODEL",
+        help=f"of {', '.join(PREDICTORS)} (all of them if none is named), a file of samples (.h5, .npz), or the folder "
+        "of a trained model",
+    )
+    add_task_options(parser)
+    add_leaderboard_options(parser)
+    parser.add_argument(
+        "--metrics", nargs="+", choices=("G",), default=(), help="beside NPSS and the Euler error; G needs --manifold"
+    )
+    parser.add_argument("--manifold", type=Path, metavar="RUN", help="the folder of the manifold of which G is")
+    parser.add_argument("--report", type=Path, metavar="FILE", help="write a page (HTML) with all there is to see")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Write the page, and print the leaderboard."""
+    if options.report:
+        check_output(options.report, map(Path, options.models))
+    if bool(options.metrics) != (options.manifold is not None):
+        raise ValueError("--manifold RUN names the manifold of --metrics G: give both, or neither")
+    tasks = list(tasks_of(options))
+    submissions = submit(options.models or list(PREDICTORS), tasks, max_size=options.max_size)
+    groups = {task.action: task.groups for task in tasks}
+    records = records_of(submissions, groups=groups, protocol=tasks[0].protocol)
+    if options.metrics:
+        add_g(records, submissions, options.manifold)
+    board = leaderboard_of(records, options)
+    if options.report:
+        write_report(options.report, submissions, board)
+    show_leaderboard(board, options)
+
+
+def submit(models: list[str], tasks: list[Task], *, max_size: float = MAX_SIZE) -> dict[str, dict[str, Pair]]:
+    """Let predictors and trained models predict, and read what others have predicted, of the same windows."""
+    if unknown := [m for m in models if m not in PREDICTORS and not is_run(m) and not Path(m).suffix]:
+        raise ValueError(
+            f"MODEL: {unknown[0]!r} is not one of {', '.join(PREDICTORS)}, nor a file, nor the folder of a run"
+        )
+    several = ([m] if m in PREDICTORS or is_run(m) else map(str, sample_files([Path(m)])) for m in models)
+    named = by_name([model for each in several for model in each])
+    asked = [task.action for task in tasks]
+    found: dict[str, dict[str, Pair]] = {}
+    for name, model in named.items():
+        if model in PREDICTORS:
+            found[name] = {task.action: _predicted(PREDICTORS[model], task) for task in tasks}
+        elif is_run(model):
+            from npss_baselines.runs import run as runs  # imports torch, which predictors do not need
+
+            trained = runs.load(Path(model))
+            found[name] = {
+                task.action: _predicted(trained.predictor(task.action, rng=np.random.default_rng(0)), task)
+                for task in tasks
+                if task.action in trained.configuration.actions
+            }
+        else:
+            of_file = read_actions(Path(model), max_size=max_size)
+            found[name] = {action: pair for action, pair in of_file.items() if action in asked}
+    if without := [name for name, pairs in found.items() if not pairs]:
+        raise ValueError(f"MODEL: {without[0]!r} has none of the actions asked for, {', '.join(asked)}")
+    truth = {task.action: Pair(task.action, task.target, task.target) for task in tasks}
+    check_truths({"the test windows": truth, **found})
+    return found
+
+
+def add_g(records: Sequence[Record], submissions: Submissions, manifold: Path) -> None:
+    """Measure the distance G of every prediction, by the manifold in that folder, and add it to its record."""
+    # They import torch, which predictors do not need.
+    from npss_baselines.manifold.applications.distance import g_of_poses
+    from npss_baselines.manifold.training.run import load
+
+    projector = load(manifold).projector
+    with Progress("G") as progress:
+        for done, record in enumerate(records, 1):
+            pair = submissions[record["model"]][record["action"]]
+            distances = g_of_poses(projector, pair.gt, pair.pred)
+            stated = parse_signature(record["signature"])
+            same = {name: stated[name] for name in ("frames", "fps", "protocol")}
+            record["metrics"] = {"G": float(distances.mean())}
+            record["sequences"]["metrics"] = {"G": distances.tolist()}
+            record["signatures"]["G"] = signature(None, metric="g", manifold=projector.signature, **same)
+            progress(done / len(records))
+
+
+def _predicted(predictor: Predictor, task: Task) -> Pair:
+    return Pair(task.action, task.target, predictor(task.seed, task.target.shape[1]))

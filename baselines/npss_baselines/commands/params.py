@@ -1,0 +1,84 @@
+"""Count the parameters of the models, beside the published counts."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import replace
+from typing import Any
+
+from npss.console import table
+
+#: Table 1 of the NPSS paper.
+PUBLISHED = {
+    "lstm-3lr": 20_282_054,
+    "erd": 14_842_054,
+    "srnn": 18_368_534,
+    "mbr-long": 3_425_334,
+    "gru-d": 2_735_670,
+    "vgru-d": 3_413_047,
+}
+#: Width of the label, where it is not that of a single action, which the published counts are for.
+_ACTIONS = {"mbr-sup": 15}
+
+
+def records() -> list[dict[str, Any]]:
+    """Count what is trained in each model; VTLN models have two Body cells, as coded and as printed.
+
+    Returns
+    -------
+    list of dict
+        ``model``, ``cell``, ``actions`` (the width of the label), ``parameters``, ``published`` (None if it is not).
+
+    Examples
+    --------
+    >>> [record["parameters"] for record in records() if record["model"] in ("erd", "lstm-3lr")]
+    [14842054, 20282054]
+    """
+    # Imported where it is used: the other commands need no torch.
+    import torch
+
+    from npss_baselines.models import MODELS
+    from npss_baselines.models.vtln import VTLNConfig
+
+    found = []
+    for name, spec in MODELS.items():
+        if isinstance(spec.config, VTLNConfig):
+            variants = [(cell, replace(spec.config, cell=cell)) for cell in ("code", "text")]
+        else:
+            variants = [("lstm" if name in ("erd", "lstm-3lr", "srnn") else "gru", spec.config)]
+        for cell, config in variants:
+            n_actions = _ACTIONS.get(name, 1)
+            with torch.device("meta"):  # shapes without values
+                model = spec.build(config, n_actions)
+            n = sum(parameter.numel() for parameter in model.parameters() if parameter.requires_grad)
+            found.append(
+                {"model": name, "cell": cell, "actions": n_actions, "parameters": n, "published": PUBLISHED.get(name)}
+            )
+    return found
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of ``npss-baselines``."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "params",
+        help="count the models' parameters",
+        description="Count the parameters of the models beside those of the NPSS paper's Table 1.",
+    )
+    parser.add_argument("--format", choices=("table", "json"), help="default: table on a terminal, else json")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Print the counts."""
+    counts = records()
+    if (options.format or ("table" if sys.stdout.isatty() else "json")) == "json":
+        print(json.dumps(counts, indent=2))
+        return
+    rows = []
+    for record in counts:
+        published, n = record["published"], record["parameters"]
+        compared = ["", ""] if published is None else [f"{published:,}", f"{n - published:+,}"]
+        rows.append([record["model"], record["cell"], str(record["actions"]), f"{n:,}", *compared])
+    print(table(["model", "cell", "actions", "parameters", "Table 1", "difference"], rows, "llrrrr"))

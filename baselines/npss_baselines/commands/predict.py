@@ -1,0 +1,76 @@
+"""Let a trained model predict the test windows, into a file of samples as the field's code writes them."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from npss import euler_error_curve, poses_to_euler
+from npss.extras import install_hint
+from npss.files import check_output, write_bytes_atomically
+from npss.validation import Array
+from npss_baselines.data.tasks import add_task_options, tasks_of
+
+_DESCRIPTION = """\
+Let a trained model predict the test windows. The file holds expmap/gt/ACTION_i and expmap/preds/ACTION_i, exponential
+maps at 25 frames per second, and the Euler error mean_ACTION_error: `npss score`, `npss leaderboard` and `npss report`
+read it.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of ``npss-baselines``."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "predict", help="write a trained model's predictions to a file", description=_DESCRIPTION
+    )
+    parser.add_argument("folder", type=Path, metavar="RUN", help="the folder of the run")
+    add_task_options(parser)
+    parser.add_argument("--out", type=Path, metavar="FILE", required=True, help=".h5 (needs h5py) or .npz")
+    parser.add_argument("--seed", type=int, default=0, help="of the noise of models that have some (default: 0)")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Predict, and write the file."""
+    if options.out.suffix not in (".h5", ".npz"):
+        raise ValueError(f"--out: expected a .h5 or .npz file, got {options.out}")
+    check_output(options.out)
+    from npss_baselines.data import windows  # torch and the like: the other commands need none of it
+    from npss_baselines.runs import run as runs  # torch and the like: the other commands need none of it
+
+    trained = runs.load(options.folder)
+    windows.checked_seed(options.seed)
+    of = trained.configuration
+    options.synthetic = options.synthetic or (of.data == "synthetic" and not options.actions)
+    options.actions = options.actions or (None if options.synthetic else of.actions)
+    arrays: dict[str, Array] = {}
+    for task in tasks_of(options):
+        rng = np.random.default_rng(options.seed)
+        predicted = trained.predictor(task.action, rng=rng)(task.seed, task.target.shape[1])
+        for kind, poses in (("gt", task.target), ("preds", predicted)):
+            arrays |= {f"expmap/{kind}/{task.action}_{i}": one for i, one in enumerate(poses)}
+        errors = euler_error_curve(poses_to_euler(task.target), poses_to_euler(predicted))
+        arrays[f"mean_{task.action}_error"] = errors
+    write_samples(options.out, arrays)
+    print(options.out)
+
+
+def write_samples(path: Path, arrays: Mapping[str, Array]) -> None:
+    """Write arrays by name: an HDF5 file, or the same names in a ``.npz``."""
+    content = BytesIO()  # h5py would not say that the disk is full
+    if path.suffix == ".npz":
+        np.savez(content, **arrays)  # type: ignore[arg-type]  # none of them is its option
+    else:
+        try:
+            import h5py
+        except ImportError:
+            raise ImportError(f"writing .h5 needs h5py; {install_hint('h5')}") from None
+        with h5py.File(content, "w") as file:
+            for name, array in arrays.items():
+                file[name] = array
+    write_bytes_atomically(path, content.getbuffer())

@@ -1,0 +1,168 @@
+"""``npss-baselines train manifold``: train the motion manifold on what motion there is."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TypeVar
+
+from npss_baselines.commands.arguments import file_of, not_in_configuration, refuse_changes
+from npss_baselines.manifold.model.projector import Projector
+from npss_baselines.manifold.motion.features import local_positions
+from npss_baselines.manifold.motion.measures import joint_error
+from npss_baselines.manifold.motion.prepared import MotionSet, motion_set
+from npss_baselines.manifold.motion.split import split, subjects_of
+from npss_baselines.manifold.training import config
+from npss_baselines.manifold.training import loop as training
+from npss_baselines.manifold.training import run as runs
+from npss_baselines.manifold.training.config import FILE, Configuration
+from npss_baselines.manifold.training.recipe import RECIPES
+from npss_baselines.runs import launch
+from npss_baselines.runs.config import paths_of
+
+_SOURCES = ("cmu", "styles", "h36m")
+
+Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
+
+
+def run(arguments: Sequence[str]) -> None:
+    """Train, and say what has come of it.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        What stands behind ``train manifold``.
+
+    Raises
+    ------
+    TypeError, ValueError, FileNotFoundError
+        If an argument, a file or the motion is not what it should be.
+    """
+    configuration, options = parse(arguments)
+    device = launch.device_of(options.device)
+    before = launch.begun([options.out])
+    paths, recorded_in = _paths(options)
+    with ExitStack() as stack:
+        for name, root in paths.items():
+            stack.enter_context(launch.moved(name, root, recorded_in.get(name)))
+        motion = motion_set(**paths, cache=options.cache, quick=configuration.quick)
+    training_set, validation_set, test_set = split(motion)
+    data = config.data_of(training_set)
+    if configuration.data.digest not in ("", data.digest):
+        raise ValueError(
+            f"--resume: {options.out / FILE} was trained on {_described(configuration.data)}; these are other windows, "
+            f"{_described(data)}"
+        )
+    configuration = replace(configuration, data=data)
+    print(
+        f"training on {_described(data)} of {len(subjects_of(training_set))} subjects; weights are chosen by "
+        f"{len(validation_set.windows)} windows of {', '.join(subjects_of(validation_set))}",
+        flush=True,
+    )
+    resuming = ["train", "manifold", "--resume", "--out", str(options.out), *not_in_configuration(options)]
+    with launch.going_on([options.out], resuming), launch.folders_alone(options.out, [options.out], before):
+        config.write(options.out / FILE, configuration, device, paths)
+        rows = training.train(
+            configuration, training_set, validation_set, options.out, device=device, tensorboard=options.tensorboard
+        )
+    kept = training.best(rows, configuration.select)
+    print(
+        f"{options.out / runs.FILE}: the weights of epoch {kept['epoch']} of {rows[-1]['epoch']}, mean joint error "
+        f"{kept['error']:.4f} heights on validation windows"
+    )
+    if test_set is not None:
+        projector = runs.load(options.out).projector
+        error = error_of(projector, test_set)
+        print(f"mean joint error {error:.4f} heights on windows of {', '.join(subjects_of(test_set))}")
+        print(f"    {projector.signature}")
+
+
+def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
+    """Read the arguments: the file of the run that is resumed, or of ``--config``, is stronger than the recipe.
+
+    Returns
+    -------
+    configuration : Configuration
+        What the run is; its data are those of a run that is resumed, else none.
+    options : Namespace
+        What else was said: ``out``, ``resume``, ``cmu``, ``styles``, ``h36m``, ``cache``, ``device``, ``tensorboard``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not one, or not what it should be: says what there is.
+    """
+    if {"-h", "--help"} & set(arguments):
+        _add_options(config.parser_of(config.defaults())).print_help()
+        raise SystemExit(0)
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    try:
+        options, rest = _add_options(parser).parse_known_args(arguments)
+    except argparse.ArgumentError as error:
+        raise ValueError(str(error)) from None
+    file = file_of(options)
+    if file is not None and options.recipe is not None:
+        raise ValueError(f"--recipe: {file} states one already")
+    known = config.defaults(options.recipe or "default") if file is None else config.read(file)
+    if options.depth is not None:
+        if options.depth > known.model.depth:
+            raise ValueError(f"--depth: there are {known.model.depth} layers")
+        known = replace(known, model=replace(known.model, widths=known.model.widths[: options.depth]))
+    if options.quick:
+        known = config.quick(known)
+    resumed = file is not None and file == options.out / FILE
+    if not resumed:
+        known = replace(known, data=config.Data())
+    reader = config.parser_of(known)
+    configuration = config.configuration_of(known, reader, lambda: reader.parse_args(rest))
+    if file is not None and resumed:
+        refuse_changes(file, asdict(config.read(file)), asdict(configuration))
+    return configuration, options
+
+
+def _paths(options: argparse.Namespace) -> tuple[dict[str, Path], dict[str, Path]]:
+    """Return where the motion is, by the options' names, and which file says so where no option does.
+
+    When a run is resumed, an option replaces the one folder that it names. Of another run's ``--config``, the folders
+    count only if no option names any.
+    """
+    given = {name: getattr(options, name) for name in _SOURCES if getattr(options, name) is not None}
+    file = file_of(options)
+    if file is None or (given and file != options.out / FILE):
+        return given, {}
+    recorded = {name: root for name, root in paths_of(file).items() if name in _SOURCES}
+    return recorded | given, {name: file for name in recorded if name not in given}
+
+
+def error_of(projector: Projector, motion: MotionSet) -> float:
+    """Return the mean error of the joints of a set's windows, as share of the height."""
+    projected = local_positions(projector.project(motion.windows))
+    return joint_error(local_positions(motion.windows), projected, motion.mask)
+
+
+def _described(data: config.Data) -> str:
+    return f"{data.windows} windows of {data.clips} clips ({', '.join(data.sources)})"
+
+
+def _add_options(parser: Parser) -> Parser:
+    """Add what a configuration does not hold, or holds by its parts."""
+    parser.add_argument("--out", type=Path, metavar="RUN", help="the folder of the run, which is made")
+    parser.add_argument(
+        "--cmu", type=Path, metavar="DIR", help="the folder of CMU's clips: clips.csv, 01/01_01.bvh ..."
+    )
+    parser.add_argument(
+        "--styles", type=Path, metavar="DIR", help="the folder of further CMU clips: indian/04.bvh, salsa/03.bvh ..."
+    )
+    parser.add_argument("--h36m", type=Path, metavar="DIR", help="the folder of Human3.6M's dataset/")
+    parser.add_argument("--cache", type=Path, metavar="DIR", help="keep prepared motion there, to load faster")
+    parser.add_argument("--quick", action="store_true", help="a small part of the data, and few epochs: to try things")
+    parser.add_argument("--recipe", choices=tuple(RECIPES), help="begin with this one's numbers")
+    parser.add_argument("--depth", type=int, choices=(1, 2, 3), help="how many of the three layers to train")
+    parser.add_argument("--config", type=Path, metavar="FILE", help=f"begin with this configuration, a {FILE}")
+    parser.add_argument("--resume", action="store_true", help="go on where the run was cut off, if it had begun")
+    launch.add_device(parser)
+    parser.add_argument("--tensorboard", action="store_true", help="write logs for TensorBoard, too")
+    return parser

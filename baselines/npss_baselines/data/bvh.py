@@ -1,0 +1,331 @@
+"""BVH files: a skeleton, and the rotations and places of its joints.
+
+The format has no standard. What is read here is what programs write: every line below, in this order, and nothing
+else, so that a damaged file is refused at its line rather than read as another skeleton.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from npss.files import read_text
+from npss.rotations import euler_to_matrix
+from npss.skeleton import Skeleton
+from npss.validation import Float64
+
+#: A file with more joints, end sites included, is refused: no body has as many, and time grows with their square.
+MAX_JOINTS = 1000
+#: A number beyond it is refused, be it a length or degrees: rotations lose their digits, and no body has been as far.
+MAX_VALUE = 1e6
+#: What the channels of a joint may be.
+CHANNELS = ("Xposition", "Yposition", "Zposition", "Xrotation", "Yrotation", "Zrotation")
+
+_NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
+_FLAGS = re.ASCII | re.IGNORECASE
+_COMMENT = re.compile(r"(?:#|//).*")
+_NAMED = re.compile(r"(?:ROOT|JOINT) [^{]*", _FLAGS)
+# The statements of a hierarchy, their white space being single blanks, and how errors describe them.
+_STATEMENTS = {
+    kind: (text, re.compile(pattern, _FLAGS))
+    for kind, text, pattern in (
+        ("hierarchy", "HIERARCHY", "HIERARCHY"),
+        ("root", "ROOT NAME", r"ROOT (?P<name>.{1,200})"),
+        ("joint", "JOINT NAME", r"JOINT (?P<name>.{1,200})"),
+        ("end", "End Site", r"End Site(?: .*)?"),
+        ("open", "{", r"\{"),
+        ("close", "}", r"\}"),
+        ("offset", "OFFSET and 3 numbers", rf"OFFSET(?: {_NUMBER}){{3}}"),
+        ("channels", "CHANNELS, how many, and which", r"CHANNELS (?P<count>\d{1,3})(?P<channels>(?: \S+)*)"),
+        ("motion", "MOTION", "MOTION"),
+        ("frames", "Frames: NUMBER", r"Frames ?: ?(?P<frames>\d{1,18})"),
+        ("time", "Frame Time: SECONDS", rf"Frame Time ?: ?(?P<seconds>{_NUMBER})"),
+    )
+}
+_INSIDE = ("joint", "end", "close")  # a joint, after its channels
+_NEXT = {
+    "hierarchy": ("root",),
+    "root": ("open",),
+    "joint": ("open",),
+    "end": ("open",),
+    "open": ("offset",),
+    "channels": _INSIDE,
+    "motion": ("frames",),
+    "frames": ("time",),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Bvh:
+    """What a BVH file holds.
+
+    Attributes
+    ----------
+    skeleton : Skeleton
+        The J joints, end sites included: that of the joint ``foot`` is ``footEnd``. In the unit of the file.
+    channels : tuple of (tuple of str or None)
+        Of every joint those of `CHANNELS` that it has, in the order of the file: the order of its rotations is that in
+        which they are multiplied, from the left. None of an end site.
+    rotations : (T, J, 3, 3) ndarray of float64
+        The rotation of every joint in the frame of its parent; without channels for it, the identity.
+    translations : (T, J, 3) ndarray of float64
+        Where every joint is in the frame of its parent, and the root in the world: its offset, each coordinate of which
+        is replaced by the position channel that it may have.
+    fps : float
+        Frames per second.
+    """
+
+    skeleton: Skeleton
+    channels: tuple[tuple[str, ...] | None, ...]
+    rotations: Float64
+    translations: Float64
+    fps: float
+
+    @property
+    def root(self) -> Float64:
+        """Where the root is, ``(T, 3)``."""
+        return self.translations[:, self.skeleton.parents.index(-1)]
+
+    def positions(self) -> Float64:
+        """Compute where the joints are, ``(T, J, 3)``, in the unit of the file."""
+        positions: Float64 = self.skeleton.positions(self.rotations, offsets=self.translations)
+        return positions
+
+
+def read(path: str | os.PathLike[str]) -> Bvh:
+    """Read a BVH file.
+
+    Parameters
+    ----------
+    path : path
+        A file, UTF-8.
+
+    Returns
+    -------
+    Bvh
+        Its motion. A frame time within 0.01 % of 1/N seconds is read as 1/N: 0.00833333 is 120 frames per second.
+
+    Warns
+    -----
+    UserWarning
+        If there is one frame more or fewer than the file says, as some programs count: all that are there are read.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is broken, or has what is not read: several roots, joints of one name, a channel twice in a joint. Names
+        the file and, where it can be known, the line and the joint.
+
+    Notes
+    -----
+    A joint has up to six channels, in any order; a joint's position replaces its offset, as in the files of Blender,
+    Mixamo and motion capture studios, and is not added to it. Keywords may be in any case, and braces on the line of a
+    joint. From ``#`` or ``//`` on a line is a comment, but for that of a joint, whose name is all that follows the
+    keyword: ``JOINT left arm #1 {``. What follows ``End Site`` is one, too.
+    """
+    file = Path(path)
+    text = read_text(file)
+    try:
+        return _parse(text.split("\n"), file)
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from error
+
+
+def _parse(lines: Sequence[str], file: Path) -> Bvh:
+    header = _read_header(lines)
+    rows = _read_rows(lines, header)
+    if not len(rows) or abs(len(rows) - header.n_frames) > 1:
+        raise ValueError(f"{len(rows)} frames, where it says {header.n_frames}")
+    if len(rows) != header.n_frames:
+        warnings.warn(f"{file}: {len(rows)} frames, where it says {header.n_frames}", stacklevel=3)
+    return _convert(header, rows)
+
+
+@dataclass
+class _Joint:
+    name: str  # empty for an end site
+    parent: int
+    offset: list[float]
+    channels: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class _Header:
+    n_lines: int  # up to the first frame
+    joints: list[_Joint]
+    n_frames: int  # as it says
+    fps: float
+
+    @property
+    def n_channels(self) -> int:
+        return sum(len(joint.channels or ()) for joint in self.joints)
+
+
+def _read_header(lines: Sequence[str]) -> _Header:
+    """Compare what comes before the frames with the grammar of the format; raise at the first line that differs."""
+    joints: list[_Joint] = []
+    names: set[str] = set()
+    inside: list[int] = []  # the joints whose braces are open
+    n_frames = number = 0
+    expected: tuple[str, ...] = ("hierarchy",)
+    statements = _statements(lines)
+    for number, words in statements:
+        kind, match = _match(number, words, expected)
+        expected = _NEXT.get(kind, ())
+        if kind in ("root", "joint", "end"):
+            name = "" if kind == "end" else match["name"]
+            if name in names:
+                raise ValueError(f"line {number}: the name {name!r} is there twice")
+            names |= {name} - {""}
+            if len(joints) == MAX_JOINTS:
+                raise ValueError(f"line {number}: more than {MAX_JOINTS} joints and end sites")
+            joints.append(_Joint(name, inside[-1] if inside else -1, []))
+        elif kind == "open":
+            inside.append(len(joints) - 1)
+        elif kind == "offset":
+            joints[-1].offset = [_number(number, word) for word in words.split()[1:]]
+            expected = ("channels",) if joints[-1].name else ("close",)
+        elif kind == "channels":
+            joints[-1].channels = _channels(number, joints[-1].name, match["count"], match["channels"].split())
+        elif kind == "close":
+            inside.pop()
+            expected = _INSIDE if inside else ("motion",)
+        elif kind == "frames":
+            n_frames = int(match["frames"])
+        elif kind == "time":
+            of, following = next(statements, (0, ""))
+            if of == number:
+                raise ValueError(f"line {number}: expected nothing after the frame time, got {following[:60]!r}")
+            return _Header(number, joints, n_frames, _frames_per_second(number, match["seconds"]))
+    raise ValueError(f"ends with line {len(lines) - (lines[-1] == '')}: expected {_describe(expected)}")
+
+
+def _statements(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
+    """Yield the statements of a hierarchy with the numbers of their lines: braces are statements of their own."""
+    for number, line in enumerate(lines, 1):
+        words = " ".join(line.split())
+        named = _NAMED.match(words)
+        name = named[0] if named else ""
+        words = name + _COMMENT.sub("", words[len(name) :])
+        yield from ((number, part) for part in map(str.strip, re.split(r"([{}])", words)) if part)
+
+
+def _match(number: int, words: str, expected: Sequence[str]) -> tuple[str, re.Match[str]]:
+    """Return which of the statements that are expected this one is."""
+    for kind in expected:
+        if match := _STATEMENTS[kind][1].fullmatch(words):
+            return kind, match
+    raise ValueError(f"line {number}: expected {_describe(expected)}, got {words[:60]!r}")
+
+
+def _describe(kinds: Sequence[str]) -> str:
+    return " or ".join(_STATEMENTS[kind][0] for kind in kinds)
+
+
+def _channels(number: int, joint: str, count: str, words: Sequence[str]) -> tuple[str, ...]:
+    """Read the channels of a joint."""
+    where = f"line {number}, joint {joint!r}"
+    if len(words) != int(count):
+        raise ValueError(f"{where}: CHANNELS {count}, but {len(words)} follow")
+    channels = tuple(word.capitalize() for word in words)
+    for i, channel in enumerate(channels):
+        if channel not in CHANNELS:
+            raise ValueError(f"{where}: no channel is called {words[i][:60]!r}; expected {', '.join(CHANNELS)}")
+        if channel in channels[:i]:
+            raise ValueError(f"{where}: {channel} is there twice")
+    return channels
+
+
+def _frames_per_second(number: int, seconds: str) -> float:
+    frame_time = float(seconds)
+    if not 1 / MAX_VALUE <= frame_time <= MAX_VALUE:
+        raise ValueError(f"line {number}: a frame time of {seconds} s")
+    rate = 1 / frame_time
+    nearest = max(1, round(rate))
+    return float(nearest) if abs(nearest * frame_time - 1) < 1e-4 else rate
+
+
+def _number(number: int, word: str) -> float:
+    """Read a number that makes sense."""
+    if not re.fullmatch(_NUMBER, word, _FLAGS):
+        raise ValueError(f"line {number}: {word[:60]!r} is not a number")
+    value = float(word)
+    if abs(value) > MAX_VALUE:
+        raise ValueError(f"line {number}: {word[:60]!r} is not within +-{MAX_VALUE:g}")
+    return value
+
+
+def _read_rows(lines: Sequence[str], header: _Header) -> Float64:
+    """Read the values of the channels, a frame a row."""
+    rows = lines[header.n_lines :]
+    if any("#" in line or "//" in line for line in rows):
+        rows = [_COMMENT.sub("", line) for line in rows]
+    if not any(map(str.strip, rows)):
+        return np.empty((0, header.n_channels))
+    try:
+        values: Float64 = np.loadtxt(rows, ndmin=2, comments=None)
+    except ValueError:
+        _check_rows(rows, header)  # its error names a line
+        raise
+    if values.shape[1] != header.n_channels or not (np.abs(values) <= MAX_VALUE).all():  # NaN included
+        _check_rows(rows, header)
+    return values
+
+
+def _check_rows(rows: Sequence[str], header: _Header) -> None:
+    """Raise at the first frame that is none."""
+    for number, line in enumerate(rows, header.n_lines + 1):
+        words = line.split()
+        for word in words:
+            _number(number, word)
+        if words and len(words) != header.n_channels:
+            raise ValueError(f"line {number}: {len(words)} values for {header.n_channels} channels")
+
+
+def _convert(header: _Header, rows: Float64) -> Bvh:
+    """Turn the values of channels into rotations and translations."""
+    joints = header.joints
+    skeleton = Skeleton(_names(joints), [joint.parent for joint in joints], [joint.offset for joint in joints])
+    translations = np.tile(skeleton.offsets, (len(rows), 1, 1))
+    rotations = np.tile(np.eye(3), (len(rows), len(joints), 1, 1))
+    values = np.column_stack([rows, np.zeros(len(rows))])  # the last one is of the rotations that a joint has not
+    by_order: dict[str, list[tuple[int, list[int]]]] = {}
+    column = 0
+    for j, joint in enumerate(joints):
+        order, columns = "", []
+        for channel in joint.channels or ():
+            if channel.endswith("position"):
+                translations[:, j, "XYZ".index(channel[0])] = rows[:, column]
+            else:
+                order += channel[0]
+                columns.append(column)
+            column += 1
+        if order:
+            order += "".join(axis for axis in "XYZ" if axis not in order)
+            by_order.setdefault(order, []).append((j, [*columns, -1, -1][:3]))
+    for order, found in by_order.items():
+        angles = np.radians(values[:, [columns for _, columns in found]])
+        rotations[:, [j for j, _ in found]] = euler_to_matrix(angles, seq=order)
+    return Bvh(skeleton, tuple(joint.channels for joint in joints), rotations, translations, header.fps)
+
+
+def _names(joints: Sequence[_Joint]) -> list[str]:
+    """Return the names of joints; end sites, which have none, get one that is not taken."""
+    names = [joint.name for joint in joints]
+    for j, joint in enumerate(joints):
+        if not joint.name:
+            base = f"{names[joint.parent]}End"
+            names[j] = base
+            copies = 1
+            while names.count(names[j]) > 1:
+                copies += 1
+                names[j] = f"{base}{copies}"
+    return names

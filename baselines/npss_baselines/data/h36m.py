@@ -1,0 +1,378 @@
+"""Human3.6M as exponential maps, in the layout that users of it have: ``dataset/S5/walking_1.txt`` and so on."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import hashlib
+import io
+import os
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from npss.files import doing, read_text, write_bytes_atomically
+from npss.protocol import (
+    ACTIONS,
+    FPS,
+    POSE,
+    TEST_LENGTHS,
+    TEST_SUBJECT,
+    TRAIN_SUBJECTS,
+    Window,
+    random_windows,
+    srnn_windows,
+)
+from npss.validation import one_of, positive_integer
+
+Float32 = npt.NDArray[np.float32]
+
+_DRAWN: dict[str, Callable[..., tuple[Window, ...]]] = {
+    "srnn-8": srnn_windows,
+    "srnn-8-late": partial(srnn_windows, late=True),
+    "random-256": random_windows,
+}
+#: The test windows of `load_test_windows`.
+WINDOWS = tuple(_DRAWN)
+#: All subjects.
+SUBJECTS = tuple(sorted((*TRAIN_SUBJECTS, TEST_SUBJECT)))
+#: Frames per second of a file.
+FILE_FPS = 50
+
+
+@dataclass(frozen=True)
+class H36M:
+    """A copy of the data set that `open_root` has looked at.
+
+    Attributes
+    ----------
+    folder : Path
+        What holds ``S1``, ``S5`` and so on.
+    cache : Path or None
+        Where files that have been read are kept in binary, which is many times faster to read.
+    """
+
+    folder: Path
+    cache: Path | None = None
+
+
+def open_root(root: str | os.PathLike[str], *, cache: str | os.PathLike[str] | None = None) -> H36M:
+    """Find the data set and make sure that its test set does not leak into its training set.
+
+    Parameters
+    ----------
+    root : path
+        The folder that holds ``dataset``, or ``dataset`` itself.
+    cache : path, optional
+        A folder, made if need be, that keeps in binary every file that is read, under the digest of its content: it
+        is never stale, and one serves all copies of the data set. By default nothing is written anywhere.
+
+    Returns
+    -------
+    H36M
+        What the other functions take.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such data set.
+    ValueError
+        If a file of another subject is a byte copy of one of the test subject's: such copies of the data set are
+        about, and models trained on them have seen the test set. Names both files.
+
+    Examples
+    --------
+    >>> open_root("nowhere")
+    Traceback (most recent call last):
+    FileNotFoundError: no Human3.6M in nowhere: expected dataset/S5/walking_1.txt and so on below it
+    """
+    top = Path(root)
+    folder = next((place for place in (top / "dataset", top) if any(place.glob("S*/*_[12].txt"))), None)
+    if folder is None:
+        raise FileNotFoundError(
+            f"no Human3.6M in {top}: expected dataset/S{TEST_SUBJECT}/walking_1.txt and so on below it"
+        )
+    data = H36M(folder, None if cache is None else Path(cache))
+    _refuse_leaks(data)
+    return data
+
+
+def missing(data: H36M) -> list[str]:
+    """List the files that this copy of the data set lacks.
+
+    Parameters
+    ----------
+    data : H36M
+        From `open_root`.
+
+    Returns
+    -------
+    list of str
+        Names such as ``S5/waiting_1.txt``, of the 210 that the whole data set has.
+    """
+    names = (_name(subject, action, clip) for subject in SUBJECTS for action in ACTIONS for clip in (1, 2))
+    return [name for name in names if not (data.folder / name).is_file()]
+
+
+def load(data: H36M, subject: int, action: str, clip: int, *, fps: int = FILE_FPS) -> Float32:
+    """Read a clip.
+
+    Parameters
+    ----------
+    data : H36M
+        From `open_root`.
+    subject : {1, 5, 6, 7, 8, 9, 11}
+        Who.
+    action : str
+        One of `npss.protocol.ACTIONS`.
+    clip : {1, 2}
+        Which of the two.
+    fps : {50, 25}, optional
+        Frames per second: all rows of the file, or the first, third, and so on.
+
+    Returns
+    -------
+    (T, 99) ndarray of float32
+        Translation, then rotations as exponential maps in radians.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is none of these, or the file is broken: names the file and the line.
+    FileNotFoundError
+        If this copy of the data set lacks the file.
+    """
+    return next(iter(_load(data, [_name(subject, action, clip)], fps).values()))
+
+
+def training_clips(
+    data: H36M, actions: Sequence[str], *, subjects: Sequence[int] = TRAIN_SUBJECTS, fps: int = FILE_FPS
+) -> dict[str, Float32]:
+    """Read both clips of every training subject.
+
+    Parameters
+    ----------
+    data : H36M
+        From `open_root`.
+    actions : sequence of str
+        Of `npss.protocol.ACTIONS`.
+    subjects : sequence of int, optional
+        Of `npss.protocol.TRAIN_SUBJECTS`. Where a copy of the data set is not whole, name those to train on, and say
+        so beside the results.
+    fps : {50, 25}, optional
+        As for `load`.
+
+    Returns
+    -------
+    dict of str to (T, 99) ndarray of float32
+        The clips by the names of their files, ``S1/walking_1.txt``: by subject, action and clip.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `load`; or if no action or subject is named, or the test subject is.
+    FileNotFoundError
+        If files are missing: names all of them, and the subjects that have every file.
+    """
+    if isinstance(actions, str) or not actions:
+        raise ValueError(f"actions: expected a sequence of names of actions, got {actions!r}")
+    if not subjects or not set(subjects) <= set(TRAIN_SUBJECTS):
+        raise ValueError(f"subjects: expected some of the training subjects {TRAIN_SUBJECTS}, got {subjects!r}")
+    of = {s: [_name(s, action, clip) for action in actions for clip in (1, 2)] for s in subjects}
+    try:
+        return _load(data, [name for names in of.values() for name in names], fps)
+    except FileNotFoundError as error:
+        whole = tuple(s for s, names in of.items() if all((data.folder / name).is_file() for name in names))
+        raise FileNotFoundError(f"{error}; subjects that have all of theirs: {whole}") from None
+
+
+def load_test_clips(data: H36M, action: str) -> list[Float32]:
+    """Read the two clips of the test subject, at 25 frames per second, from which test windows are cut.
+
+    Parameters
+    ----------
+    data : H36M
+        From `open_root`.
+    action : str
+        One of `npss.protocol.ACTIONS`.
+
+    Returns
+    -------
+    list of (T, 99) ndarray of float32
+        Translation, then rotations as exponential maps in radians.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `load`; or if a clip is not as long as `npss.protocol.TEST_LENGTHS` has it, where that is known: of a clip
+        that is cut off, the test windows would be others. Names the file, and both lengths.
+    FileNotFoundError
+        If this copy of the data set lacks one of the two: names it.
+
+    Warns
+    -----
+    UserWarning
+        If it is not known how long a clip is to be.
+    """
+    clips = _load(data, [_name(TEST_SUBJECT, action, clip) for clip in (1, 2)], FPS)
+    for (name, clip), length in zip(clips.items(), TEST_LENGTHS[action], strict=True):
+        if length is None:
+            warnings.warn(f"{data.folder / name}: how long it is to be is not known, so not checked", stacklevel=2)
+        elif len(clip) != length:
+            raise ValueError(
+                f"{data.folder / name}: {len(clip)} frames at {FPS} frames per second, expected {length}; test windows "
+                f"depend on the length, so scores would not be comparable"
+            )
+    return list(clips.values())
+
+
+def load_test_windows(
+    data: H36M,
+    action: str,
+    windows: str = "srnn-8",
+    *,
+    n_seed: int = 50,
+    n_target: int = 100,
+) -> tuple[Float32, Float32]:
+    """Read the test windows of an action, at 25 frames per second.
+
+    Parameters
+    ----------
+    data : H36M
+        From `open_root`.
+    action : str
+        One of `npss.protocol.ACTIONS`.
+    windows : {'srnn-8', 'srnn-8-late', 'random-256'}, optional
+        `npss.protocol.srnn_windows`, the same one frame later, or `npss.protocol.random_windows`.
+    n_seed, n_target : int, optional
+        Frames to see and frames to predict.
+
+    Returns
+    -------
+    seed : (N, n_seed, 99) ndarray of float32
+        What the predictor sees, as exponential maps in radians.
+    target : (N, n_target, 99) ndarray of float32
+        What it is to predict.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `load_test_clips` and as the functions that draw the windows.
+    FileNotFoundError
+        If this copy of the data set lacks one of the test subject's two clips: names it.
+    """
+    one_of("windows", windows, WINDOWS)
+    clips = load_test_clips(data, action)
+    places = _DRAWN[windows]([len(clip) for clip in clips], n_seed=n_seed, n_target=n_target)
+    seed = np.stack([clips[place.clip][place.seed] for place in places])
+    target = np.stack([clips[place.clip][place.target] for place in places])
+    return seed, target
+
+
+def _name(subject: int, action: str, clip: int) -> str:
+    """Return the name of a file in the data set."""
+    one_of("action", action, ACTIONS)
+    for name, value, choices in (("subject", subject, SUBJECTS), ("clip", clip, (1, 2))):
+        if positive_integer(name, value) not in choices:
+            raise ValueError(f"{name}: expected one of {', '.join(map(str, choices))}, got {value!r}")
+    return f"S{subject}/{action}_{clip}.txt"
+
+
+def _load(data: H36M, names: Sequence[str], fps: int) -> dict[str, Float32]:
+    """Read files, after making sure that they are all there."""
+    if fps not in (FPS, FILE_FPS):
+        raise ValueError(f"fps: expected {FILE_FPS} or {FPS} frames per second, got {fps!r}")
+    if absent := [name for name in names if not (data.folder / name).is_file()]:
+        raise FileNotFoundError(f"{data.folder} lacks {' '.join(absent)}")
+    return {name: np.ascontiguousarray(_read(data.folder / name, data.cache)[:: FILE_FPS // fps]) for name in names}
+
+
+def _refuse_leaks(data: H36M) -> None:
+    """Raise if a file of another subject has the bytes of one of the test subject's; sizes tell nearly all apart."""
+    test_folder = data.folder / f"S{TEST_SUBJECT}"
+    tests: dict[int, list[Path]] = {}
+    for file in sorted(test_folder.glob("*.txt")):
+        tests.setdefault(file.stat().st_size, []).append(file)
+    for file in sorted(data.folder.glob("S*/*.txt")):
+        if file.parent == test_folder:
+            continue
+        for test in tests.get(file.stat().st_size, ()):
+            if file.read_bytes() == test.read_bytes():
+                raise ValueError(
+                    f"{file} is a copy of {test}: this copy of Human3.6M leaks its test set into its training set"
+                )
+
+
+def _read(path: Path, cache: Path | None) -> Float32:
+    """Read a file, or what the cache keeps of a file with this content."""
+    if cache is None:
+        return _parse(path)
+    kept = cache / f"{hashlib.sha256(path.read_bytes()).hexdigest()}.npy"
+    with contextlib.suppress(OSError, ValueError, EOFError):  # not there yet, or damaged: written anew
+        rows: Float32 = np.load(kept, allow_pickle=False)
+        if rows.dtype == np.float32 and rows.ndim == 2 and rows.shape[1] == POSE:
+            return rows
+    rows = _parse(path)
+    with doing("making the cache"):
+        cache.mkdir(parents=True, exist_ok=True)
+    content = io.BytesIO()  # numpy would not say that the disk is full
+    np.save(content, rows)
+    write_bytes_atomically(kept, content.getbuffer())
+    return rows
+
+
+def _parse(path: Path) -> Float32:
+    """Read the text of a file; each number is the float32 nearest to its decimal digits' float64."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of an empty file, for which there is an error below
+            rows: Float32 = np.loadtxt(
+                path, dtype=np.float32, delimiter=",", comments=None, ndmin=2, encoding="utf-8-sig"
+            )
+    except ValueError as error:
+        raise ValueError(f"{path}: {_fault(path) or error}") from error
+    if rows.shape[1] != POSE or not np.isfinite(rows).all():
+        raise ValueError(f"{path}: {_fault(path)}")
+    return rows
+
+
+def _fault(path: Path) -> str | None:
+    """Say what is wrong with a file, and in which line."""
+    lines = read_text(path).splitlines()
+    for number, line in enumerate(lines, 1):
+        fields = line.split(",")
+        if not line.strip():
+            continue
+        if len(fields) != POSE:
+            return f"line {number} has {len(fields)} columns, not {POSE}"
+        for column, field in enumerate(fields):
+            where = f"line {number}, column {column} (of 0 to {POSE - 1}): {field!r}"
+            try:
+                value = float(field)
+            except ValueError:
+                return f"{where} is not a number"
+            if not abs(value) <= float(np.finfo(np.float32).max):  # NaN included
+                return f"{where} is not a finite number"
+    return "no rows" if not any(line.strip() for line in lines) else None
+
+
+def from_environment() -> Path | None:
+    """Return the folder that the environment variable ``NPSS_H36M`` names."""
+    named = os.environ.get("NPSS_H36M")
+    return Path(named) if named else None
+
+
+def add_option(parser: argparse._ActionsContainer) -> None:
+    """Add the option of a command that says where the data set is."""
+    parser.add_argument(
+        "--h36m",
+        type=Path,
+        metavar="DIR",
+        default=from_environment(),
+        help="the folder of Human3.6M's dataset/ (default: the environment variable NPSS_H36M)",
+    )

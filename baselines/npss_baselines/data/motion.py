@@ -1,0 +1,97 @@
+"""The common form of all motion: positions of the same 20 joints, whatever skeleton they were captured with."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from npss.skeleton import H36M, Skeleton
+from npss.validation import Float64, check_finite, is_real, real_array
+
+# What is connected, from the root on. The arms begin at the neck: in Human3.6M's skeleton the two shoulders, parents of
+# the arms, are where the neck is.
+_CHAINS = (
+    ("Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase"),
+    ("Hips", "RightUpLeg", "RightLeg", "RightFoot", "RightToeBase"),
+    ("Hips", "Spine1", "Neck", "Head"),
+    ("Neck", "LeftArm", "LeftForeArm", "LeftHand", "LeftHandIndex"),
+    ("Neck", "RightArm", "RightForeArm", "RightHand", "RightHandIndex"),
+)
+#: The 20 joints, each under the name that it has in `npss.skeleton.H36M`.
+NAMES = ("Hips", *(name for chain in _CHAINS for name in chain[1:]))
+#: From the ground under the feet of the rest pose to its topmost joint, the head: the unit of all lengths.
+HEIGHT = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """A piece of motion in the common form.
+
+    Attributes
+    ----------
+    name : str
+        Unique within its source: ``02_01``, ``salsa/03``, ``S5/walking_1``.
+    source : str
+        ``cmu``, ``cmu-styles``, ``h36m`` or ``synthetic``.
+    subject : str
+        Who moves: ``cmu/02``, ``h36m/S5``, ``synthetic/3``; empty where the source does not say.
+    description : str
+        What is done, in the words of the source.
+    fps : float
+        Frames per second.
+    positions : (T, 20, 3) ndarray of float64
+        Where the joints of `JOINTS` are, path included, in the source's own unit of length. y is up as far as the
+        source knows: of Human3.6M see `npss_baselines.data.motion_h36m.h36m_clips`.
+
+    Raises
+    ------
+    TypeError
+        If `fps` or `positions` does not hold real numbers.
+    ValueError
+        If `fps` is not positive, the shape is another one, or a value is not finite. Names the clip.
+    """
+
+    name: str
+    source: str
+    subject: str
+    description: str
+    fps: float
+    positions: Float64
+
+    def __post_init__(self) -> None:
+        where = f"{self.source} {self.name}"
+        if not is_real(self.fps):
+            raise TypeError(f"{where}: fps: expected a positive number, got {self.fps!r}")
+        if not (np.isfinite(self.fps) and self.fps > 0):
+            raise ValueError(f"{where}: fps: expected a positive, finite number, got {self.fps!r}")
+        positions = real_array(f"{where}: positions", self.positions)
+        if positions.ndim != 3 or positions.shape[1:] != (len(NAMES), 3):
+            raise ValueError(f"{where}: positions: expected shape (T, {len(NAMES)}, 3), got {positions.shape}")
+        check_finite(f"{where}: positions", positions)
+        object.__setattr__(self, "positions", positions.astype(np.float64, copy=False))
+
+
+def _joints() -> Skeleton:
+    """Take the joints from Human3.6M's skeleton: arms to the sides, both sides alike, on the ground, of height 1."""
+    pose = np.tile(np.eye(3), (len(H36M.names), 1, 1))
+    for side, x in (("Left", 1), ("Right", -1)):  # its arms point up; turned about z they point to the sides
+        pose[H36M.names.index(f"{side}Shoulder")] = [[0, x, 0], [-x, 0, 0], [0, 0, 1]]
+    rest = H36M.positions(pose)[[H36M.names.index(name) for name in NAMES]]
+    other = {"Left": "Right", "Right": "Left"}
+    mirrored = [NAMES.index(re.sub("^(Left|Right)", lambda side: other[side[0]], name)) for name in NAMES]
+    rest = (rest + rest[mirrored] * (-1, 1, 1)) / 2
+    rest[:, 1] -= rest[:, 1].min()
+    rest *= HEIGHT / rest[:, 1].max()
+    above = {joint: parent for chain in _CHAINS for parent, joint in pairwise(chain)}
+    parents = [NAMES.index(above[name]) if name in above else -1 for name in NAMES]
+    return Skeleton(
+        NAMES, parents, [rest[j] - rest[parent] if parent >= 0 else rest[j] for j, parent in enumerate(parents)]
+    )
+
+
+#: The 20 joints with the bone lengths of Human3.6M's skeleton, both sides alike; x points to the figure's left, y up,
+#: z ahead. At rest it stands on the ground, y = 0, its arms to the sides.
+JOINTS = _joints()

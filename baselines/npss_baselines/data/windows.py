@@ -1,0 +1,248 @@
+"""From clips to training batches, and to the windows on which a checkpoint is chosen; no test frame is in either."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from npss import gait
+from npss.protocol import COLUMNS, FPS, TRAIN_SUBJECTS, Normalization, Window, normalization, srnn_windows
+from npss.validation import Array, is_integer, positive_integer
+from npss_baselines.data import h36m
+from npss_baselines.data.tasks import N_SEED, N_TARGET, Task
+
+Float32 = npt.NDArray[np.float32]
+
+#: The one action of the generated gait.
+GAIT = "gait"
+#: The first frame of a clip that a window may begin with: the field leaves out those before.
+FIRST = 16
+#: Frames between the beginnings of two validation windows.
+STRIDE = 25
+_SEEDS = 2**32  # seeds are below it: then no two of them have batches in common
+
+
+class Clip(NamedTuple):
+    """Motion at 25 frames per second, normalised: one recording."""
+
+    name: str
+    action: int  # which of the actions that are trained
+    poses: Float32  # (T, 54)
+
+
+@dataclass(frozen=True)
+class TrainingSet:
+    """What a model is trained on.
+
+    Attributes
+    ----------
+    actions : tuple of str
+        The actions, in the order of the label.
+    clips : tuple of Clip
+        All clips of all actions.
+    normalization : Normalization
+        What has been done to their poses.
+    """
+
+    actions: tuple[str, ...]
+    clips: tuple[Clip, ...]
+    normalization: Normalization
+
+
+class Batch(NamedTuple):
+    """Windows to train on."""
+
+    poses: Float32  # (B, n_seed + n_target + 1, 54)
+    label: Float32  # (B, A), one-hot
+
+
+class Batches:
+    """The batches of a run: number i is a pure function of the seed and of i.
+
+    Each window is drawn as in the code of the NPSS paper: the clip uniformly, whatever its length, and with
+    replacement; its first frame uniformly from 16 to T - n_seed - n_target - 1, that is up to the last that fits.
+
+    Parameters
+    ----------
+    training_set : TrainingSet
+        Where windows are cut from.
+    batch : int
+        Windows in a batch.
+    n_seed, n_target : int
+        Frames that are read, and that are predicted; a window has one more, the target of the last step.
+    seed : int
+        From 0 to 2**32 - 1.
+
+    Raises
+    ------
+    TypeError
+        If a number is not an integer.
+    ValueError
+        If one is out of range, or a clip is too short to draw a window from: names the clip.
+    """
+
+    def __init__(self, training_set: TrainingSet, *, batch: int, n_seed: int, n_target: int, seed: int) -> None:
+        self._clips = training_set.clips
+        self._batch = positive_integer("batch", batch)
+        self._window = positive_integer("n_seed", n_seed) + positive_integer("n_target", n_target) + 1
+        self._seed = checked_seed(seed)
+        self._labels = np.eye(len(training_set.actions), dtype=np.float32)
+        #: Above the first frames that may be drawn.
+        self._ends = np.array([len(clip.poses) - self._window + 1 for clip in self._clips])
+        for clip, end in zip(self._clips, self._ends, strict=True):
+            if end <= FIRST:
+                raise ValueError(
+                    f"clips: {clip.name} has {len(clip.poses)} frames at {FPS} frames per second; windows of "
+                    f"{self._window} frames, from frame {FIRST} on, need at least {FIRST + self._window}"
+                )
+
+    def __getitem__(self, iteration: int) -> Batch:
+        """Return the batch of an iteration."""
+        rng = np.random.default_rng([self._seed, iteration])
+        chosen = rng.integers(len(self._clips), size=self._batch)
+        starts = rng.integers(FIRST, self._ends[chosen])
+        clips = [self._clips[i] for i in chosen]
+        poses = [clip.poses[start : start + self._window] for clip, start in zip(clips, starts, strict=True)]
+        return Batch(np.stack(poses), self._labels[[clip.action for clip in clips]])
+
+
+def checked_seed(seed: object) -> int:
+    """Read a seed: an integer from 0 to 2**32 - 1."""
+    if not is_integer(seed):
+        raise TypeError(f"seed: expected an integer, got {seed!r}")
+    if not 0 <= seed < _SEEDS:
+        raise ValueError(f"seed: expected an integer from 0 to 2**32 - 1, got {seed}")
+    return int(seed)
+
+
+def digest(training_set: TrainingSet) -> str:
+    """Return a digest of all clips: the same if and only if they are, to the bit."""
+    found = hashlib.sha256()
+    for clip in training_set.clips:
+        found.update(f"{clip.name} {clip.action} {clip.poses.shape} ".encode())
+        found.update(np.ascontiguousarray(clip.poses).data)
+    return found.hexdigest()
+
+
+def h36m_training_set(
+    data: h36m.H36M, actions: Sequence[str], *, subjects: Sequence[int] = TRAIN_SUBJECTS
+) -> TrainingSet:
+    """Read the training set of some actions: windows come from 25 frames per second, the statistics from all rows.
+
+    Parameters
+    ----------
+    data : H36M
+        From `npss_baselines.data.h36m.open_root`.
+    actions : sequence of str
+        Of `npss.protocol.ACTIONS`, in the order of the label.
+    subjects : sequence of int, optional
+        Of `npss.protocol.TRAIN_SUBJECTS`; fewer where a copy of the data set lacks files.
+
+    Returns
+    -------
+    TrainingSet
+        Both clips of every subject and action.
+
+    Raises
+    ------
+    TypeError, ValueError, FileNotFoundError
+        As `npss_baselines.data.h36m.training_clips`; or if other columns vary than in Human3.6M as a whole.
+    """
+    clips = h36m.training_clips(data, actions, subjects=subjects)
+    every = h36m.FILE_FPS // FPS
+    of = {name: name.split("/")[1].rsplit("_", 1)[0] for name in clips}  # S1/walking_1.txt
+    return _training_set(actions, {name: poses[::every] for name, poses in clips.items()}, of, clips.values())
+
+
+def synthetic_training_set(n: int = 32, n_frames: int = 500) -> TrainingSet:
+    """Generate `n` walkers to train on; always the same, and none of those that are tested or validated on."""
+    walks = gait.gait(n, n_frames, rng=np.random.default_rng(1))
+    clips = {f"{GAIT}_{i}": walk for i, walk in enumerate(walks)}
+    return _training_set([GAIT], clips, dict.fromkeys(clips, GAIT), clips.values())
+
+
+def h36m_validation(data: h36m.H36M, actions: Sequence[str]) -> list[Task]:
+    """Read what to choose a checkpoint by: of each action, what the test windows leave of the test subject's clips.
+
+    Raises
+    ------
+    TypeError, ValueError, FileNotFoundError
+        As `npss_baselines.data.h36m.load_test_clips`; or if nothing is left of an action.
+    """
+    tasks = []
+    for action in actions:
+        clips = [clip.astype(np.float64) for clip in h36m.load_test_clips(data, action)]
+        windows = validation_windows([len(clip) for clip in clips])
+        if not windows:
+            raise ValueError(f"actions: the test windows of {action} leave no room for a validation window")
+        seed = np.stack([clips[window.clip][window.seed] for window in windows])
+        target = np.stack([clips[window.clip][window.target] for window in windows])
+        tasks.append(Task(action, f"validation-every-{STRIDE}", seed, target))
+    return tasks
+
+
+def validation_windows(lengths: Sequence[int]) -> tuple[Window, ...]:
+    """Return all windows on a regular grid of the test subject's two clips that share no frame with a test window.
+
+    Neither with one of the eight, nor with a late one.
+
+    Parameters
+    ----------
+    lengths : sequence of int
+        The lengths of the two clips in frames, at 25 frames per second.
+
+    Returns
+    -------
+    tuple of Window
+        Of 50 and 100 frames, like the eight test windows of `npss.protocol.srnn_windows`, which they avoid.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `npss.protocol.srnn_windows`.
+
+    Examples
+    --------
+    >>> windows = validation_windows((1500, 1261))  # walking
+    >>> len(windows), windows[0]
+    (28, Window(clip=0, start=16, n_seed=50, n_target=100))
+    """
+    eight, late = (srnn_windows(lengths, n_seed=N_SEED, n_target=N_TARGET, late=late) for late in (False, True))
+    grid = [
+        Window(clip, start, N_SEED, N_TARGET)
+        for clip, length in enumerate(lengths)
+        for start in range(FIRST, length - N_SEED - N_TARGET + 1, STRIDE)
+    ]
+    return tuple(window for window in grid if not any(_overlap(window, test) for test in eight + late))
+
+
+def synthetic_validation(n: int = 16) -> list[Task]:
+    """Generate `n` other walkers to choose a checkpoint by; always the same."""
+    walks = gait.gait(n, N_SEED + N_TARGET, rng=np.random.default_rng(2))
+    return [Task(GAIT, f"synthetic-validation-{n}", walks[:, :N_SEED], walks[:, N_SEED:])]
+
+
+def _overlap(first: Window, second: Window) -> bool:
+    return first.clip == second.clip and first.start < second.target.stop and second.start < first.target.stop
+
+
+def _training_set(
+    actions: Sequence[str], clips: Mapping[str, Array], of: Mapping[str, str], rows: Iterable[Array]
+) -> TrainingSet:
+    """Normalise clips (T, 99), of which `of` names the action, by the statistics of `rows`."""
+    statistics = normalization(rows)
+    if statistics.columns != COLUMNS:
+        raise ValueError(
+            f"clips: {len(statistics.columns)} columns vary, not the {len(COLUMNS)} that models take; "
+            f"train on more subjects or actions"
+        )
+    order = {action: i for i, action in enumerate(actions)}
+    normalised = {name: statistics.normalize(poses).astype(np.float32) for name, poses in clips.items()}
+    return TrainingSet(
+        tuple(actions), tuple(Clip(name, order[of[name]], poses) for name, poses in normalised.items()), statistics
+    )

@@ -1,0 +1,104 @@
+"""Evaluate trained models, over several draws of the noise of those that have some."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import npss
+from npss.records import Record
+from npss.validation import positive_integer
+from npss_baselines.data.tasks import Task
+from npss_baselines.evaluation.evaluate import evaluate
+from npss_baselines.runs import run as runs
+
+_MEASURED = ("npss", "npss_windows", "euler_error")
+
+
+def evaluate_run(
+    path: Path,
+    task: Task,
+    *,
+    name: str | None = None,
+    draws: int = 1,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    **options: Any,
+) -> Record:
+    """Measure a trained model on a task.
+
+    Parameters
+    ----------
+    path : Path
+        The folder of the run.
+    task : Task
+        The windows.
+    name : str, optional
+        What the record calls the model; by default the name of the folder.
+    draws : int, optional
+        How often the model predicts, each time with new noise; the NPSS paper's tables are of 30.
+    seed : int, optional
+        Of the noise.
+    progress : callable, optional
+        Called with the share of the draws that are done.
+    **options
+        Of `evaluate`.
+
+    Returns
+    -------
+    dict
+        As of `evaluate`. Of more draws than one, all numbers are means over draws, ``std`` holds their standard
+        deviations (of the draws: divided by their number), and the signatures have a field ``draws``.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        If the run is broken, or was not trained on the action.
+    """
+    positive_integer("draws", draws)
+    predictor = runs.predictor_of(path, task.action, rng=np.random.default_rng(seed))
+    called = path.resolve().name if name is None else name
+    records = []
+    for done in range(1, draws + 1):
+        records.append(evaluate(called, predictor, task, **options))
+        if progress is not None:
+            progress(done / draws)
+    return records[0] if draws == 1 else over_draws(records)
+
+
+def over_draws(records: Sequence[Record]) -> Record:
+    """Return the record of the means over records of the same model and task.
+
+    Examples
+    --------
+    >>> draws = [{"model": "m", "npss": {"paper": value}, "signature": "npss|version:1"} for value in (1.0, 2.0)]
+    >>> over_draws(draws)["npss"], over_draws(draws)["std"]["npss"]
+    ({'paper': 1.5}, {'paper': 0.5})
+    >>> over_draws(draws)["signature"]
+    'npss|version:1|draws:2'
+    """
+    mean: Record = _over(records, np.mean)
+    std = _over([{name: record[name] for name in _MEASURED if name in record} for record in records], np.std)
+    mean["signature"] = _with_draws(mean["signature"], len(records))
+    if "signatures" in mean:
+        mean["signatures"] = {name: _with_draws(line, len(records)) for name, line in mean["signatures"].items()}
+    return mean | {"draws": len(records), "std": std}
+
+
+def _over(values: Sequence[Any], statistic: Any) -> Any:
+    """Apply a statistic to the numbers in nested dictionaries and lists; text and whole numbers are the same in all."""
+    first = values[0]
+    if isinstance(first, dict):
+        return {name: _over([value[name] for value in values], statistic) for name in first}
+    if isinstance(first, list):
+        return [_over(each, statistic) for each in zip(*values, strict=True)]
+    if not isinstance(first, float) and all(value == first for value in values):
+        return first
+    return float(statistic(values))
+
+
+def _with_draws(line: str, draws: int) -> str:
+    return npss.signature(**npss.parse_signature(line), draws=draws)

@@ -1,0 +1,51 @@
+"""The record of a predictor on a task."""
+
+from __future__ import annotations
+
+from npss import poses_to_euler, protocol
+from npss.predictors import Predictor
+from npss.records import Record, measure
+from npss_baselines.data.tasks import Task
+
+EDGES_S = (0, 1, 2, 4)  # of table 5 of the NPSS paper
+
+
+def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "off", sequences: bool = False) -> Record:
+    """Measure a predictor on a task: the record of ``npss.score`` and its relatives, under every convention.
+
+    Parameters
+    ----------
+    name : str
+        What the record calls the model.
+    predictor : callable
+        ``predictor(seed, n_target)``.
+    task : Task
+        The windows.
+    unwrapped : {'off', 'target', 'seed'}, optional
+        Jumps of 2 pi removed before NPSS: never, over the target, or from the seed on.
+    sequences : bool, optional
+        Measure each sequence, too.
+
+    Returns
+    -------
+    dict
+        ``model``, ``action``, ``euler_error``, ``npss``, ``npss_windows``, ``signature`` and ``signatures``;
+        ``sequences`` if asked for.
+    """
+    seed, gt = poses_to_euler(task.seed), poses_to_euler(task.target)
+    pred = poses_to_euler(predictor(task.seed, task.target.shape[1]))
+    measured = measure(
+        gt,
+        pred,
+        fps=protocol.FPS,
+        at_ms=protocol.SLICES_MS,
+        edges_s=EDGES_S,
+        unwrapped=unwrapped,
+        seed=seed,
+        sequences=sequences,
+        groups=task.groups,
+        representation="euler",
+        frames=gt.shape[1],
+        protocol=task.protocol,
+    )
+    return {"model": name, "action": task.action, **measured}

@@ -1,0 +1,1 @@
+"""What a manifold is for: restoring, interpolating, finding, comparing motion."""

@@ -1,0 +1,266 @@
+"""Motion made worse on purpose: random zeros, a simulated depth camera, a joint that is missing, stepped keys.
+
+What is corrupted are the features of windows, ``(n, T, 3 J + 3)``: positions of J joints in the character's frame, the
+turn, and two velocities. A value that is lost becomes the mean over training frames, which is the zero of what the
+network sees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from npss.skeleton import Skeleton
+from npss.validation import Array, Float64, check_finite, is_real, positive_integer, real_array
+
+#: Share of the values that `zeros` loses, and every which frame `stepped_keys` keeps: the paper's.
+LOST, EVERY = 0.5, 15
+#: Of the simulated camera. Standard deviations of the noise in each frame: of every coordinate and of the root's place,
+#: in heights, and of the facing direction, in radians.
+JITTER, TURN_JITTER = 0.01, 0.02
+#: A joint is lost in a frame with this probability, and stays so for as many frames on average.
+DROP, SPELL = 0.02, 8
+#: One limb is occluded for this share of the window.
+OCCLUDED = 0.4
+_LIMBS = ("LeftForeArm", "RightForeArm", "LeftLeg", "RightLeg")
+
+
+@dataclass(frozen=True)
+class Corrupted:
+    """Windows that have been corrupted.
+
+    Attributes
+    ----------
+    features : (n, T, F) ndarray of float64
+        What is left of them.
+    known : (n, T, F) ndarray of bool
+        Which values were seen, be it with noise; the others stand for what was lost.
+    """
+
+    features: Float64
+    known: npt.NDArray[np.bool_]
+
+
+def zeros(features: npt.ArrayLike, mean: npt.ArrayLike, *, lost: float = LOST, rng: np.random.Generator) -> Corrupted:
+    """Lose every value with the same probability, independently.
+
+    Parameters
+    ----------
+    features : (n, T, F) array_like
+        Windows.
+    mean : (F,) array_like
+        What a lost value becomes: the mean of each feature over training frames. The paper sets values to zero after it
+        has subtracted the mean; this is the same.
+    lost : float, optional
+        The probability, from 0 to 1.
+    rng : Generator
+        Where the randomness comes from.
+
+    Returns
+    -------
+    Corrupted
+        The windows that are left.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not as described.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> corrupted = zeros(np.ones((1, 2, 3)), [5, 5, 5], rng=np.random.default_rng(0))
+    >>> corrupted.features[0]
+    array([[1., 5., 5.],
+           [5., 1., 1.]])
+    """
+    windows = _windows(features)
+    if not (is_real(lost) and 0 <= lost <= 1):
+        raise ValueError(f"lost: expected a probability, got {lost!r}")
+    known = rng.random(windows.shape) >= lost
+    return Corrupted(np.where(known, windows, _mean(mean, windows)), known)
+
+
+def missing(features: npt.ArrayLike, mean: npt.ArrayLike, *, joints: Sequence[int]) -> Corrupted:
+    """Lose joints throughout.
+
+    Parameters
+    ----------
+    features, mean
+        As for `zeros`.
+    joints : sequence of int
+        Which; see `branch`.
+
+    Returns
+    -------
+    Corrupted
+        The windows that are left.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not as described.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> missing(np.ones((1, 1, 9)), np.zeros(9), joints=[1]).features
+    array([[[1., 1., 1., 0., 0., 0., 1., 1., 1.]]])
+    """
+    windows = _windows(features)
+    known = np.ones(windows.shape, bool)
+    known[..., _columns(joints, windows)] = False
+    return Corrupted(np.where(known, windows, _mean(mean, windows)), known)
+
+
+def stepped_keys(features: npt.ArrayLike, *, every: int = EVERY) -> Corrupted:
+    """Keep every so many frames, from the first on, and hold each until the next: animation in stepped keys.
+
+    Parameters
+    ----------
+    features : (n, T, F) array_like
+        Windows.
+    every : int, optional
+        Frames from key to key.
+
+    Returns
+    -------
+    Corrupted
+        The windows that are left; known are the keys.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not as described.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> stepped_keys(np.arange(6.0).reshape(1, 6, 1), every=3).features.ravel()
+    array([0., 0., 0., 3., 3., 3.])
+    """
+    windows, every = _windows(features), positive_integer("every", every)
+    frames = np.arange(windows.shape[1])
+    known = np.broadcast_to((frames % every == 0)[:, np.newaxis], windows.shape)
+    return Corrupted(windows[:, frames - frames % every], known)
+
+
+def kinect(features: npt.ArrayLike, skeleton: Skeleton, *, rng: np.random.Generator) -> Corrupted:
+    """Simulate what a depth camera sees: jitter, joints that drop out and are held, and a limb that is occluded.
+
+    Simulated: no camera was used, and nothing is fitted to one.
+
+    - Jitter: independent Gaussian noise in each frame, of `JITTER` heights on every coordinate and on the root's place
+      (hence its differences on the velocities), of `TURN_JITTER` radians on the direction in which it faces.
+    - Drop-outs: each joint but the root is lost at times, with probability `DROP` a frame, for a geometric time of
+      `SPELL` frames on average, and stays where it was last seen.
+    - Occlusion: a random arm or leg, from elbow or knee on, is not seen for `OCCLUDED` of the window, at a random time,
+      and stays where it was last seen (where it is next seen, if the window begins with it).
+
+    Parameters
+    ----------
+    features : (n, T, F) array_like
+        Windows.
+    skeleton : npss.skeleton.Skeleton
+        Whose joints the first columns are.
+    rng : Generator
+        Where the randomness comes from.
+
+    Returns
+    -------
+    Corrupted
+        The windows that are left; known is what was seen, with jitter.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not as described.
+    """
+    windows = _windows(features)
+    n, n_frames, n_features = windows.shape
+    n_joints = len(skeleton.names)
+    if n_features != 3 * n_joints + 3:
+        raise ValueError(f"features: expected {3 * n_joints + 3} for {n_joints} joints, got {n_features}")
+    root = skeleton.parents.index(-1)
+
+    seen = np.ones((n, n_frames, n_joints), bool)
+    ends = np.zeros((n, n_joints))  # of the spell that goes on
+    for t in range(n_frames):
+        begins = (rng.random((n, n_joints)) < DROP) & (ends <= t)
+        ends = np.where(begins, t + rng.geometric(1 / SPELL, (n, n_joints)), ends)
+        seen[:, t] = ends <= t
+    seen[..., root] = True
+    limbs = [branch(skeleton, limb) for limb in _LIMBS]
+    length = round(OCCLUDED * n_frames)
+    for window in seen:
+        start = rng.integers(n_frames - length + 1)
+        window[start : start + length, limbs[rng.integers(len(limbs))]] = False
+
+    noisy = windows.copy()
+    positions = noisy[..., :-3].reshape(n, n_frames, n_joints, 3)
+    positions += JITTER * rng.standard_normal(positions.shape)
+    positions[..., root, ::2] = 0  # the root is where the frame is
+    place = rng.standard_normal((n, n_frames + 1, 3)) * (TURN_JITTER, JITTER, JITTER)
+    noisy[..., -3:] += np.diff(place, axis=1)
+
+    positions[...] = np.take_along_axis(positions, _last_seen(seen)[..., np.newaxis], axis=1)
+    known = np.concatenate([np.repeat(seen, 3, axis=-1), np.ones((n, n_frames, 3), bool)], axis=-1)
+    return Corrupted(noisy, known)
+
+
+def branch(skeleton: Skeleton, name: str) -> list[int]:
+    """Return a joint and all that hangs on it.
+
+    Raises
+    ------
+    ValueError
+        If the skeleton has no joint of that name.
+
+    Examples
+    --------
+    >>> from npss.skeleton import H36M
+    >>> [H36M.names[j] for j in branch(H36M, "LeftFoot")]
+    ['LeftFoot', 'LeftToeBase', 'LeftToeEnd']
+    """
+    if name not in skeleton.names:
+        raise ValueError(f"joint: {name!r} is not one of {', '.join(skeleton.names)}")
+    first = skeleton.names.index(name)
+
+    def hangs_on(j: int) -> bool:
+        return j == first or (skeleton.parents[j] >= 0 and hangs_on(skeleton.parents[j]))
+
+    return [j for j in range(len(skeleton.names)) if hangs_on(j)]
+
+
+def _last_seen(seen: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
+    """Return for each frame the last at which something ``(n, T, ...)`` was seen; before the first, the first."""
+    frames = np.arange(seen.shape[1]).reshape(-1, *(1,) * (seen.ndim - 2))
+    last = np.maximum.accumulate(np.where(seen, frames, -1), axis=1)
+    return np.where(last < 0, seen.argmax(axis=1, keepdims=True), last)
+
+
+def _windows(features: npt.ArrayLike) -> Float64:
+    array = real_array("features", features)
+    if array.ndim != 3 or 0 in array.shape:
+        raise ValueError(f"features: expected shape (n, T, F) = (windows, frames, features), got {array.shape}")
+    check_finite("features", array)
+    return array.astype(np.float64)
+
+
+def _mean(mean: npt.ArrayLike, windows: Array) -> Array:
+    array = real_array("mean", mean)
+    if array.shape != windows.shape[-1:]:
+        raise ValueError(f"mean: expected shape (F,) = {windows.shape[-1:]}, got {array.shape}")
+    check_finite("mean", array)
+    return array
+
+
+def _columns(joints: Sequence[int], windows: Array) -> npt.NDArray[np.intp]:
+    chosen = np.asarray(joints, np.intp)
+    n_joints = windows.shape[-1] // 3 - 1
+    if not len(chosen) or chosen.min() < 0 or chosen.max() >= n_joints:
+        raise ValueError(f"joints: expected some of 0 to {n_joints - 1}, got {joints!r}")
+    return (3 * chosen[:, np.newaxis] + np.arange(3)).ravel()

@@ -1,0 +1,151 @@
+"""The distance G of two motions: how far apart the extremes of their hidden units are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from npss.protocol import FPS
+from npss.skeleton import H36M, poses_to_positions
+from npss.validation import Array, Float64, check_finite, motion_pair, real_array
+from npss_baselines.data.motion import NAMES, Clip
+from npss_baselines.manifold.motion.prepared import prepare
+
+if TYPE_CHECKING:
+    from npss_baselines.manifold.model.projector import Projector  # which imports torch
+
+_JOINTS = [H36M.names.index(name) for name in NAMES]
+
+
+def extremes(code: npt.ArrayLike) -> Float64:
+    """Compute the maximum and the minimum over time of every hidden unit: what G compares.
+
+    Parameters
+    ----------
+    code : (..., T', H) array_like
+        Hidden units, as `Projector.encode` returns them; T' is at least 1.
+
+    Returns
+    -------
+    (..., 2 H) ndarray of float64
+        The maxima of the H units, then their minima.
+
+    Raises
+    ------
+    TypeError
+        If the code does not hold real numbers.
+    ValueError
+        If it has fewer than two axes, no step or no unit, or a value that is not finite.
+
+    Examples
+    --------
+    >>> extremes([[0, 3], [2, -1], [1, 1]])
+    array([ 2.,  3.,  0., -1.])
+    """
+    units = _code("code", code)
+    return np.concatenate([units.max(axis=-2), units.min(axis=-2)], axis=-1)
+
+
+def g(code0: npt.ArrayLike, code1: npt.ArrayLike) -> Float64:
+    r"""Compute the distance G of motions, equation 4 of the paper.
+
+    .. math:: G(X_0, X_1) = \lVert \max_i \Phi(X_0) - \max_i \Phi(X_1) \rVert_2^2
+                          + \lVert \min_i \Phi(X_0) - \min_i \Phi(X_1) \rVert_2^2
+
+    where i runs over the steps of time of the code :math:`\Phi(X)`. When something happens, and how long the motion is,
+    does not matter: only how strongly each hidden unit answers at all.
+
+    Parameters
+    ----------
+    code0, code1 : (..., T', H) array_like
+        Codes of the motions, as `Projector.encode` returns them. Leading axes must agree; lengths T' may differ.
+
+    Returns
+    -------
+    (...) ndarray of float64
+        At least 0; exactly 0 between a code and itself; symmetric.
+
+    Raises
+    ------
+    TypeError
+        If a code does not hold real numbers.
+    ValueError
+        If a shape is wrong, the leading axes or the numbers of units differ, or a value is not finite.
+
+    Notes
+    -----
+    The abstract calls this a "geodesic distance"; it is none. No path on the manifold is followed or measured: G is the
+    squared Euclidean distance of two vectors of extremes. Motions that differ can be at distance 0, and as a square it
+    does not obey the triangle inequality (its square root does).
+
+    References
+    ----------
+    D. Holden, J. Saito, T. Komura and T. Joyce, "Learning Motion Manifolds with Convolutional Autoencoders",
+    SIGGRAPH Asia Technical Briefs 2015, equation 4.
+
+    Examples
+    --------
+    >>> float(g([[0.0, 0.5], [0.2, -0.5]], [[0.2, 0.5], [0.0, -0.5]]))  # the same, backwards
+    0.0
+    >>> float(g([[0.0], [0.5]], [[0.0], [1.0]]))
+    0.25
+    """
+    first, second = _code("code0", code0), _code("code1", code1)
+    if first.shape[:-2] != second.shape[:-2] or first.shape[-1] != second.shape[-1]:
+        raise ValueError(
+            f"code1: its shape {second.shape} does not fit that of code0, {first.shape}: "
+            f"only the number of steps, the last axis but one, may differ"
+        )
+    squares: Float64 = np.square(extremes(first) - extremes(second)).sum(axis=-1)
+    return squares
+
+
+def g_of_poses(projector: Projector, gt: npt.ArrayLike, pred: npt.ArrayLike, *, fps: float = FPS) -> Float64:
+    """Compute the distance G between predictions and what they should be, poses of Human3.6M.
+
+    Of the poses, as in all metrics of the field, only the rotations of the joints count: the root stays at its place
+    and faces ahead. They are then prepared as the manifold's motion is, at 30 frames per second, on one skeleton.
+
+    Parameters
+    ----------
+    projector : Projector
+        The manifold; its ``signature`` belongs to the number's.
+    gt, pred : (N, T, 99) array_like
+        Exponential maps, as `npss.skeleton.poses_to_positions` takes them.
+    fps : float, optional
+        Frames per second.
+
+    Returns
+    -------
+    (N,) ndarray of float64
+        Of each sequence; its mean is the score, and 0 is best.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the poses are not as described, or the shapes differ.
+
+    Notes
+    -----
+    A score of 0 does not say that motions are equal, only that hidden units have the same extremes; G does not see when
+    something happens, and hardly how often.
+    """
+    first, second = (_features_of(each, fps) for each in motion_pair(gt, pred))
+    return g(projector.encode(first), projector.encode(second))
+
+
+def _features_of(poses: Array, fps: float) -> Array:
+    """Return what the manifold sees of poses ``(N, T, 99)``."""
+    positions = poses_to_positions(np.asarray(poses, np.float64))[..., _JOINTS, :]
+    clips = [Clip(str(i), "poses", "", "", fps, motion) for i, motion in enumerate(positions)]
+    return np.stack(prepare(clips).features)
+
+
+def _code(name: str, values: npt.ArrayLike) -> Float64:
+    array: Array = real_array(name, values)
+    if array.ndim < 2 or 0 in array.shape[-2:]:
+        raise ValueError(f"{name}: expected shape (..., T', H) = (..., steps, units), got {array.shape}")
+    check_finite(name, array)
+    return array.astype(np.float64)

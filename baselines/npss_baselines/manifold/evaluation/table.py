@@ -1,0 +1,123 @@
+"""The table of all uses: every number of every method, for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from npss import parse_signature, signature
+from npss.console import Progress, markdown_text, table
+from npss.records import Record
+from npss_baselines.manifold.applications.restore import USES
+from npss_baselines.manifold.evaluation import measure as evaluation
+from npss_baselines.manifold.evaluation.testbed import Bench
+
+#: What a metric is called, and whether less of it is better; None where neither is.
+METRICS = {
+    "joint_error": ("joint error (heights)", True),
+    "missing_joint_error": ("of missing joints", True),
+    "bone_error": ("bone error (share)", True),
+    "npss": ("NPSS paper", True),
+    "foot_speed": ("foot speed (heights/s)", None),
+    "joint_speed": ("joint speed (heights/s)", None),
+    "idle": ("idle units", None),
+    "saturated": ("saturated values", None),
+    "deviation": ("mean deviation", None),
+    "auc": ("AUC", False),
+    "map": ("mAP", False),
+    "nearest": ("nearest", False),
+    "map_of_actions": ("mAP of actions", False),
+    "nearest_of_actions": ("nearest of actions", False),
+}
+
+
+def records_of(bench: Bench) -> Iterator[Record]:
+    """Measure every use, and say how far it is."""
+    others = (evaluation.interpolation, evaluation.sampling, evaluation.filtering, evaluation.nearness)
+    n_steps = len(USES) + len(others)
+    with Progress("measuring") as progress:
+        for done, use in enumerate(USES, 1):
+            yield from evaluation.restoration(bench, use)
+            progress(done / n_steps)
+        for done, measure in enumerate(others, len(USES) + 1):
+            yield from measure(bench)
+            progress(done / n_steps)
+
+
+def text(records: Sequence[Record], *, markdown: bool = False) -> str:
+    """Lay records out: a table a use, a row a method, what its numbers are below it; * marks the best but the input."""
+    groups: dict[str, list[Record]] = {}
+    for record in records:
+        groups.setdefault(_heading(record), []).append(record)
+    parts = []
+    for heading, group in groups.items():
+        parts.append(f"### {markdown_text(heading)}" if markdown else heading)
+        parts.append(_table(group, markdown=markdown))
+        parts.append("\n".join(f"    {line}" for line in _signatures(group)))
+    return "\n\n".join(parts)
+
+
+def listing(records: Sequence[Record], *, markdown: bool = False) -> str:
+    """Lay records out as they are, a row each: distances of single clips."""
+    columns = [name for name in records[0] if name not in ("use", "signature", "index")]
+    escaped = markdown_text if markdown else str
+    cells = [[escaped(_written(record[name])) for name in columns] for record in records]
+    align = "".join("r" if name in ("value", "rank") else "l" for name in columns)
+    lines = [f"    {line}" for line in _signatures(records)]
+    return "\n".join([table(columns, cells, align, markdown=markdown), "", *lines])
+
+
+def _heading(record: Record) -> str:
+    """Return what a record is about: records with the same are in one table."""
+    use, stated = record["use"], parse_signature(record["signature"])
+    if use in ("distance", "nearest"):
+        what = f"{use}: {stated['clips']} clips of {stated['source']}, {stated['actions']} actions"
+        return what if use == "distance" else f"{what}; {stated['queries']} queries, to be found: {stated['matches']}"
+    details = {**USES, "interpolate": "pairs of windows", "sample": "codes drawn at random", "filters": "hidden units"}
+    return f"{use}: {details[use]}"
+
+
+def _table(records: Sequence[Record], *, markdown: bool) -> str:
+    metrics = list(dict.fromkeys(record["metric"] for record in records))
+    methods = list(dict.fromkeys(record["method"] for record in records))
+    values = {(record["method"], record["metric"]): record["value"] for record in records}
+    best = {}
+    for metric in metrics:
+        less = METRICS[metric][1]
+        if less is not None:
+            tried = [values[method, metric] for method in methods if method != "input" and (method, metric) in values]
+            best[metric] = (min if less else max)(tried, default=None)
+    escaped = markdown_text if markdown else str
+    rows = [
+        [escaped(method), *(_cell(values.get((method, one)), best.get(one)) for one in metrics)] for method in methods
+    ]
+    names = [METRICS[metric][0] for metric in metrics]
+    return table(["method", *names], rows, "l" + "r" * len(metrics), markdown=markdown)
+
+
+def _written(value: object) -> str:
+    return f"{value:.4f}" if isinstance(value, float) else str(value)
+
+
+def _cell(value: float | None, best: float | None) -> str:
+    if value is None:
+        return ""
+    return f"{value:.4f}" + ("*" if value == best else " ")
+
+
+def _signatures(records: Sequence[Record]) -> list[str]:
+    """Return what the numbers of a table are: a line for all metrics that share it, then one for each model."""
+    metrics: dict[str, dict[str, None]] = {}
+    models: dict[str, dict[str, str]] = {}  # by the method's name, by what it projects by, the first that does
+    for record in records:
+        stated = parse_signature(record["signature"])
+        if model := stated.pop("model", None):
+            models.setdefault(record["method"].partition(",")[0], {}).setdefault(model, record["method"])
+        shared = signature(**{**stated, "metric": "npss", "convention": "paper"})
+        metrics.setdefault(shared, {})[stated["metric"]] = None
+    lines = []
+    for shared, names in metrics.items():
+        stated = parse_signature(shared) | {"metric": "+".join(names)}
+        lines.append(signature(**stated | ({} if "npss" in names else {"convention": None})))
+    for name, methods in models.items():  # the best size of principal components depends on what they see
+        lines += [f"model of {method if len(methods) > 1 else name}: {model}" for model, method in methods.items()]
+    return lines

@@ -1,0 +1,133 @@
+"""Principal components of whole windows: the linear manifold that others are compared with."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from npss.validation import Array, Float64, positive_integer
+from npss_baselines.manifold.model.projector import mirrored, motions_of
+from npss_baselines.manifold.motion.normalization import Normalization
+
+
+@dataclass(frozen=True, eq=False)
+class PCA:
+    """Principal components as a `npss_baselines.manifold.model.projector.Projector`.
+
+    The code of a motion has a row for each window in it, of `window` frames, every half a window; where they overlap,
+    their reconstructions are averaged. What does not fill a window is padded at its end by mirroring, and cut again.
+
+    Attributes
+    ----------
+    window : int
+        Frames of a window, an even number.
+    mean : (window * F,) ndarray
+        Of the windows, normalised.
+    components : (k, window * F) ndarray
+        Orthonormal, the largest variance first.
+    normalization : Normalization
+        By which it sees features: errors count by its scale.
+    """
+
+    window: int
+    mean: Float64
+    components: Float64
+    normalization: Normalization
+
+    @property
+    def signature(self) -> str:
+        """What it is, to the bit."""
+        arrays = (self.mean, self.components, self.normalization.mean, self.normalization.scale)
+        digest = hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()
+        return f"pca-{len(self.components)}-{digest[:12]}"
+
+    def encode(self, features: npt.ArrayLike) -> Array:
+        """Return the code (n, W, k) of motions (n, T, F) with W windows, float64."""
+        step, n_features = self.window // 2, len(self.normalization.mean)
+        motions = mirrored(motions_of(features, n_features), step, least=self.window)
+        seen = self.normalization.normalize(motions)
+        starts = range(0, seen.shape[1] - step, step)
+        windows = np.stack([seen[:, start : start + self.window].reshape(len(seen), -1) for start in starts], axis=1)
+        code: Array = (windows - self.mean) @ self.components.T
+        return code
+
+    def decode(self, code: npt.ArrayLike, n_frames: int) -> Array:
+        """Return the motions (n, n_frames, F) of codes (n, W, k), float64.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the codes are not of this shape, or of fewer frames.
+        """
+        step = self.window // 2
+        rows = motions_of(code, len(self.components), name="code")
+        available = (rows.shape[1] + 1) * step
+        if positive_integer("n_frames", n_frames) > available:
+            raise ValueError(f"n_frames: {rows.shape[1]} windows are of {available} frames")
+        windows = (rows @ self.components + self.mean).reshape(*rows.shape[:2], self.window, -1)
+        total = np.zeros((len(rows), available, windows.shape[-1]))
+        count = np.zeros((available, 1))
+        for i in range(rows.shape[1]):
+            total[:, i * step : i * step + self.window] += windows[:, i]
+            count[i * step : i * step + self.window] += 1
+        return self.normalization.unnormalize((total / count)[:, :n_frames])
+
+    def project(self, features: npt.ArrayLike) -> Array:
+        """Return the motions that motions (n, T, F) are taken to: encoded and decoded, float64."""
+        return self.decode(self.encode(features), np.shape(features)[1])
+
+
+def fit(windows: npt.ArrayLike, normalization: Normalization, *, n_components: int) -> PCA:
+    """Fit principal components to windows.
+
+    Parameters
+    ----------
+    windows : (n, T, F) array_like
+        Features of motion; T is even. The padding of short clips by mirroring is part of them: windows count as wholes.
+    normalization : Normalization
+        That of the network it is compared with.
+    n_components : int
+        As many as the network's code has numbers, 20 x 256, make codes of one size. But there are no more components
+        than directions in which the windows vary, of which n windows have at most n - 1.
+
+    Returns
+    -------
+    PCA
+        With `n_components` components, or as many as there are.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the windows are not as described or are all the same, or the number is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> windows = rng.normal(size=(20, 2)) @ rng.normal(size=(2, 160 * 6))  # two things vary
+    >>> pca = fit(windows.reshape(20, 160, 6), Normalization(np.zeros(6), np.ones(6)), n_components=5120)
+    >>> len(pca.components)
+    2
+    """
+    array = motions_of(windows, len(normalization.mean), name="windows")
+    if array.shape[1] % 2:
+        raise ValueError(f"windows: expected an even number of frames, got {array.shape[1]}")
+    positive_integer("n_components", n_components)
+    rows = normalization.normalize(array).reshape(len(array), -1)
+    mean = rows.mean(axis=0)
+    rows -= mean
+    # Of the two products of the matrix with itself the smaller one has the same eigenvalues, and gives its vectors.
+    few = len(rows) < rows.shape[1]
+    power, vectors = np.linalg.eigh(rows @ rows.T if few else rows.T @ rows)  # the largest last
+    eps = np.finfo(np.float64).eps
+    kept = power > eps * max(rows.shape) * max(power[-1], eps * len(rows) * (mean @ mean))  # the rest is rounding
+    if not kept.any():
+        raise ValueError("windows: they are all the same")
+    chosen = np.flatnonzero(kept)[::-1][:n_components]
+    components = vectors[:, chosen].T
+    if few:
+        components = components @ rows / np.sqrt(power[chosen])[:, np.newaxis]
+    return PCA(array.shape[1], mean, components, normalization)

@@ -1,0 +1,84 @@
+"""Motion on the ground: which way is up where a source does not say it, and how high the ground is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from npss.skeleton import Skeleton
+from npss.validation import Float64
+from npss_baselines.manifold.motion.features import FPS
+
+#: Joints of the feet: ankle and ball of either; the balls are what touches the ground.
+ANKLES, BALLS = ("LeftFoot", "RightFoot"), ("LeftToeBase", "RightToeBase")
+#: A ball of the foot is on the ground while it moves by less than this, in heights per second ...
+STILL = 0.06
+#: ... and the hips are as high above it as this share of what they were in the first frame.
+STANDING = 0.9
+#: How far what touches the ground is from a plane, in heights: beyond it, a point counts less and less.
+UNEVEN = 0.006
+#: How much the first frame counts against the ground: as much as feet that are spread by this, in heights.
+TRUST = 0.12
+#: The lowest joint is below the ground in this share of the frames: feet touch it, and a slip counts little.
+BELOW_GROUND = 0.05
+
+
+def level(positions: Float64, skeleton: Skeleton) -> Float64:
+    """Turn motion so that y is up, where it is only known that it begins standing.
+
+    Human3.6M's files hold how the root turns from frame to frame, not how it was turned at first: their paths begin
+    with the pelvis upright, and climb or fall by as much as it was tilted, 20 degrees with one subject. Up is from the
+    middle of the feet to the neck in the first frame; or, the more the further motion goes, at right angles to the
+    plane that the balls of the feet touch (least squares, iteratively re-weighted, the first frame being a prior).
+
+    Parameters
+    ----------
+    positions : (T, J, 3) ndarray of float64
+        In heights, at 30 frames per second, up to about 45 degrees from where up is y.
+    skeleton : npss.skeleton.Skeleton
+        With the names of the joints of `npss_baselines.data.motion.JOINTS`.
+
+    Returns
+    -------
+    (T, J, 3) ndarray of float64
+        Turned about the origin, by the least angle that does it.
+    """
+    j = skeleton.names.index
+    balls = positions[:, [j(name) for name in BALLS]]  # (T, 2, 3)
+    feet = np.concatenate([balls, positions[:, [j(name) for name in ANKLES]]], axis=1)
+    first = _unit(positions[0, j("Neck")] - feet[0].mean(axis=0))
+    ahead = _unit(np.cross([1.0, 0.0, 0.0], first))
+    level_axes = np.stack([np.cross(first, ahead), ahead])  # (2, 3)
+
+    hips = (positions[:, skeleton.parents.index(-1), np.newaxis] - balls) @ first  # (T, 2), above the balls
+    speed = FPS * np.linalg.norm(np.diff(balls, axis=0, prepend=balls[:1]), axis=-1)
+    ground = balls[(speed < STILL) & (hips > STANDING * hips[0].mean())]
+    slope = np.zeros(2)
+    weight = np.ones(len(ground))
+    for _ in range(10 if len(ground) > 2 else 0):
+        place = ground - np.average(ground, axis=0, weights=weight)
+        across, height = place @ level_axes.T, place @ first
+        prior = TRUST**2 * weight.sum() * np.eye(2)
+        slope = np.linalg.solve((across.T * weight) @ across + prior, (across.T * weight) @ height)
+        weight = 1 / (1 + ((height - across @ slope) / UNEVEN) ** 2)
+    turned: Float64 = positions @ _to_y(_unit(first - slope @ level_axes)).T
+    return turned
+
+
+def on_ground(positions: Float64) -> Float64:
+    """Move motion ``(T, J, 3)`` up or down so that it is below y = 0 in `BELOW_GROUND` of the frames."""
+    moved: Float64 = positions.copy()
+    moved[..., 1] -= np.quantile(positions[..., 1].min(axis=-1), BELOW_GROUND)
+    return moved
+
+
+def _unit(vector: Float64) -> Float64:
+    unit: Float64 = vector / np.linalg.norm(vector)
+    return unit
+
+
+def _to_y(up: Float64) -> Float64:
+    """Return the rotation matrix, of the least angle, that takes a unit vector to y."""
+    x, y, z = up
+    axis = np.array([[0, -x, 0], [x, 0, z], [0, -z, 0]])  # the cross product with up x y
+    matrix: Float64 = np.eye(3) + axis + axis @ axis / (1 + y)
+    return matrix

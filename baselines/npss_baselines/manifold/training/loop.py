@@ -1,0 +1,398 @@
+"""Training of the manifold such that a run that is cut off anywhere, and resumed, ends as if it had not been."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from npss.files import write_atomically
+from npss_baselines.manifold.model.autoencoder import Autoencoder, TiedLayer
+from npss_baselines.manifold.model.initialization import start
+from npss_baselines.manifold.model.per_window_sgd import OneWindow
+from npss_baselines.manifold.motion.features import local_positions
+from npss_baselines.manifold.motion.measures import joint_error
+from npss_baselines.manifold.motion.normalization import normalization
+from npss_baselines.manifold.motion.prepared import MotionSet
+from npss_baselines.manifold.training import run as runs
+from npss_baselines.manifold.training.config import Configuration, Phase
+from npss_baselines.runs.fitting import Resumable, fit
+from npss_baselines.training.member import METRICS
+
+#: Numbers by name, and the name of the phase: what is measured after an epoch.
+Row = dict[str, Any]
+
+#: Windows, about, of one step of Lightning: a chunk of batches, because its own work would take longer than the paper's
+#: batches of a single window. What is random in a chunk is drawn from the seed, the phase and the number of the chunk.
+CHUNK = 256
+#: Chunks between two checkpoints, at most.
+CHECKPOINT_EVERY = 20
+_AT_ONCE = 64  # windows, where nothing is trained
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where training is."""
+
+    phase: int
+    epoch: int
+    chunk: int  # of the epoch
+
+
+class Schedule:
+    """What each chunk of a run is of.
+
+    Parameters
+    ----------
+    phases : sequence of Phase
+        What training does.
+    n_windows : int
+        That are trained on.
+    """
+
+    def __init__(self, phases: Sequence[Phase], n_windows: int) -> None:
+        self._n_windows = n_windows
+        self.batches = [math.ceil(n_windows / phase.stage.batch) for phase in phases]
+        self.chunk = [max(1, CHUNK // phase.stage.batch) for phase in phases]  # batches
+        self.chunks = [math.ceil(batches / chunk) for batches, chunk in zip(self.batches, self.chunk, strict=True)]
+        epochs = [phase.stage.epochs for phase in phases]
+        self._ends = list(itertools.accumulate(n * of for n, of in zip(self.chunks, epochs, strict=True)))
+
+    def __len__(self) -> int:
+        """Return the number of chunks."""
+        return self._ends[-1]
+
+    def __getitem__(self, step: int) -> Place:
+        """Return where a chunk is, counted from 0."""
+        phase = next(i for i, end in enumerate(self._ends) if step < end)
+        epoch, chunk = divmod(step - (self._ends[phase - 1] if phase else 0), self.chunks[phase])
+        return Place(phase, epoch, chunk)
+
+
+def loss_of(
+    layers: Sequence[TiedLayer],
+    windows: Tensor,
+    of_frames: Tensor,
+    of_steps: Tensor,
+    *,
+    corruption: float,
+    sparsity: float,
+    random: bool,
+    rescale: bool = False,
+) -> Tensor:
+    """Return the loss of a batch: the mean over windows of their weighted squared errors and sparsity.
+
+    Parameters
+    ----------
+    layers : sequence of TiedLayer
+        In training, from what the windows are on.
+    windows : (B, T, F) Tensor
+        What is reconstructed, from a corrupted copy.
+    of_frames : (B, T, 1) Tensor
+        Weights of the squared errors of frames; 0 where a window is padded.
+    of_steps : (B, T', 1) Tensor
+        Weights of the magnitudes of the last layer's hidden units.
+    corruption : float
+        Probability with which an input value is set to zero. Drawn from torch's global generator.
+    sparsity : float
+        Weight of these magnitudes.
+    random : bool
+        Whether the last layer is unpooled to one place by chance.
+    rescale : bool, optional
+        Whether the input values that are left are divided by 1 - `corruption`.
+
+    Returns
+    -------
+    () Tensor
+        The loss.
+    """
+    values = windows * torch.empty_like(windows).bernoulli_(1 - corruption)
+    if rescale:
+        values = values / (1 - corruption)
+    for layer in layers:
+        values = layer(values)
+    loss = sparsity * (values.abs() * of_steps).sum() if sparsity else windows.new_zeros(())
+    for layer in reversed(layers):
+        values = layer.inverse(values, "random" if random and layer is layers[-1] else None)
+    return (loss + ((values - windows).square() * of_frames).sum()) / len(windows)
+
+
+class Training(Resumable):
+    """The manifold in training: a chunk of batches does the same whenever it is done.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        What the run is.
+    training_set, validation_set : MotionSet
+        What is trained on, and by what weights are chosen.
+    out : Path
+        The folder of the run.
+    """
+
+    def __init__(
+        self, configuration: Configuration, training_set: MotionSet, validation_set: MotionSet, out: Path
+    ) -> None:
+        phases = configuration.phases
+        schedule = Schedule(phases, len(training_set.windows))
+        super().__init__(
+            out,
+            [configuration.work(schedule[step].phase) for step in range(len(schedule))],
+            what=f"{sum(phase.stage.epochs for phase in phases)} epochs",
+            shorter="--layers.epochs N and --whole.epochs N train for fewer"
+            + ("" if configuration.quick else ", --quick also on a small part of the data"),
+        )
+        self.automatic_optimization = False
+        self.configuration = configuration
+        self.phases = phases
+        self.schedule = schedule
+        self.validation_set = validation_set
+        self.normalization = normalization(
+            training_set.windows, training_set.mask, configuration.scale, configuration.size
+        )
+        self.windows, self.validation_windows = (
+            torch.from_numpy(self.normalization.normalize(motion.windows).astype(np.float32))
+            for motion in (training_set, validation_set)
+        )
+        self.mask = torch.from_numpy(training_set.mask)
+        torch.manual_seed(configuration.seed)
+        self.network = Autoencoder(configuration.model)
+        start(self.network, configuration.start)
+        #: One for each epoch.
+        self.rows: list[Row] = []
+        self.losses: list[tuple[float, int]] = []  # since the last row: mean of a chunk, and its windows
+        self._phase = -1  # the one that `_begin` has prepared
+        self._seen = self._of_frames = self._of_steps = torch.empty(0)
+        self._one_window: OneWindow | None = None
+
+    def train_dataloader(self) -> Iterator[Tensor]:
+        """Return the windows of the chunks that are left, by number."""
+        for step in range(self.global_step, len(self.schedule)):
+            place = self.schedule[step]
+            rng = np.random.default_rng([self.configuration.seed, place.phase, place.epoch])
+            windows = self.schedule.chunk[place.phase] * self.phases[place.phase].stage.batch
+            order = rng.permutation(len(self.windows))[place.chunk * windows :][:windows]
+            yield torch.from_numpy(order)
+
+    def configure_optimizers(self) -> list[torch.optim.Optimizer]:
+        """Return an optimiser for each phase."""
+        kinds = {"adam": torch.optim.Adam, "sgd": torch.optim.SGD}
+        return [kinds[phase.stage.optimizer](self._in_training(phase), lr=phase.stage.lr) for phase in self.phases]
+
+    def training_step(self, chunk: Tensor, _: int) -> None:
+        """Train on a chunk."""
+        place = self.schedule[self.global_step]
+        phase = self.phases[place.phase]
+        if place.phase != self._phase:
+            self._begin(place.phase)
+        number = place.epoch * self.schedule.chunks[place.phase] + place.chunk
+        entropy = np.random.SeedSequence([self.configuration.seed, place.phase, number, 1])  # without the 1, the order
+        torch.manual_seed(int(entropy.generate_state(1, np.uint64)[0]))
+        optimizers = self.optimizers()
+        counted = optimizers[place.phase] if isinstance(optimizers, list) else optimizers
+        optimizer = counted.optimizer
+        total = torch.zeros((), device=self.device)
+        for i, batch in enumerate(torch.split(chunk, phase.stage.batch)):
+            share = (place.chunk * self.schedule.chunk[place.phase] + i) / self.schedule.batches[place.phase]
+            lr = phase.stage.learning_rate(place.epoch, share)
+            total += len(batch) * self._step(phase, batch, optimizer, lr)
+        if self._one_window is not None:
+            self._one_window.keep()
+        optimizer.zero_grad()
+        counted.step()  # changes nothing, and counts the chunk
+        loss = total.item() / len(chunk)
+        if not math.isfinite(loss):
+            raise _diverged(phase, place, f"the loss was {loss}")
+        self.losses.append((loss, len(chunk)))
+        if self.trainer.progress_bar_callback is not None:
+            self.log("loss", loss, prog_bar=True, logger=False)
+
+    def _step(self, phase: Phase, batch: Tensor, optimizer: torch.optim.Optimizer, lr: float) -> Tensor:
+        """Train on a batch, and return its loss."""
+        if self._one_window is not None:
+            i = int(batch)
+            return self._one_window.step(self._seen[i], self._of_frames[i], self._of_steps[i], lr)
+        stage = phase.stage
+        parameters = self._in_training(phase)
+        loss = loss_of(
+            self.network.first(phase.depth)[phase.first :],
+            self._seen[batch],
+            self._of_frames[batch],
+            self._of_steps[batch],
+            corruption=stage.corruption,
+            sparsity=stage.sparsity,
+            random=stage.unpool == "random",
+            rescale=stage.rescale,
+        )
+        optimizer.zero_grad()
+        self.manual_backward(loss)
+        if stage.clip_norm is not None:
+            torch.nn.utils.clip_grad_norm_(parameters, stage.clip_norm)
+        for group in optimizer.param_groups:
+            group["lr"] = lr
+        optimizer.step()
+        return loss.detach()
+
+    def _begin(self, number: int) -> None:
+        """Compute once what the layers below those in training make of all windows, and what counts in them."""
+        phase = self.phases[number]
+        stage, layers = phase.stage, self.network.first(phase.depth)[phase.first :]
+        parts = torch.split(self.windows.to(self.device), _AT_ONCE)
+        with torch.no_grad():
+            self._seen = torch.cat([self.network.encode(part, phase.first).contiguous() for part in parts])
+        pool = self.configuration.model.pool
+        mean = self.configuration.loss == "mean"
+        self._of_frames = _weights(self.mask, pool**phase.first, self._seen.shape[2], mean=mean).to(self.device)
+        self._of_steps = _weights(self.mask, pool**phase.depth, layers[-1].bias.numel(), mean=mean).to(self.device)
+        self._one_window = None
+        plain = stage.optimizer == "sgd" and stage.clip_norm is None and not stage.rescale
+        if stage.batch == 1 and plain and pool == 2:
+            self._one_window = OneWindow(
+                layers,
+                self._seen.shape[1],
+                corruption=stage.corruption,
+                sparsity=stage.sparsity,
+                random=stage.unpool == "random",
+            )
+        self._phase = number
+
+    def _in_training(self, phase: Phase) -> list[torch.nn.Parameter]:
+        return [
+            parameter for layer in self.network.first(phase.depth)[phase.first :] for parameter in layer.parameters()
+        ]
+
+    def on_train_batch_end(self, *_: Any) -> None:
+        """Measure after an epoch, and save."""
+        done = self.schedule[self.global_step - 1]
+        epoch_ends = done.chunk + 1 == self.schedule.chunks[done.phase]
+        if epoch_ends:
+            self._measure(done)
+        self.step_is_done(checkpoint=epoch_ends or self.global_step % CHECKPOINT_EVERY == 0)
+
+    def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
+        """Add what has been measured."""
+        checkpoint["rows"] = self.rows
+        checkpoint["losses"] = self.losses
+
+    def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
+        """Restore what had been measured."""
+        self.rows = checkpoint["rows"]
+        self.losses = checkpoint["losses"]
+
+    def _measure(self, done: Place) -> None:
+        """Measure the layers that have been trained, keep all if they are the best so far, and write it down."""
+        phase = self.phases[done.phase]
+        try:
+            error = self._error(phase.depth)
+        except ValueError as nothing:  # the last step may have been the one, of which no loss tells
+            raise _diverged(phase, done, f"of the windows that come back, {nothing}") from nothing
+        n = sum(windows for _, windows in self.losses)
+        row: Row = {
+            "phase": phase.name,
+            "epoch": done.epoch + 1,
+            "lr": phase.stage.learning_rate(done.epoch),
+            "loss": math.fsum(loss * windows for loss, windows in self.losses) / n,
+            "error": error,
+        }
+        self.losses = []
+        self.rows.append(row)
+        if done.phase == len(self.phases) - 1 and row is best(self.rows, self.configuration.select):
+            runs.save(self.out, self.configuration, self.network, self.normalization, row)
+        write_atomically(self.out / METRICS, self._write_rows)
+        if self.logger is not None:
+            numbers = {name: value for name, value in row.items() if not isinstance(value, str)}
+            self.logger.log_metrics(numbers, step=self.global_step)
+
+    def _error(self, depth: int) -> float:
+        """Return the mean error of the joints on the validation windows, in heights, by so many layers."""
+        with torch.no_grad():
+            parts = torch.split(self.validation_windows.to(self.device), _AT_ONCE)
+            seen = np.concatenate([self.network.project(part, depth).cpu().numpy() for part in parts])
+        motion = self.validation_set
+        projected = local_positions(self.normalization.unnormalize(seen))
+        return joint_error(local_positions(motion.windows), projected, motion.mask)
+
+    def _write_rows(self, path: Path) -> None:
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, list(self.rows[0]))
+            writer.writeheader()
+            writer.writerows(self.rows)
+
+
+def _diverged(phase: Phase, place: Place, sign: str) -> ValueError:
+    option = "whole" if phase.name == "whole" else "layers"
+    return ValueError(
+        f"training has diverged: {sign} in epoch {place.epoch + 1} of {phase.name}; try a lower --{option}.lr"
+    )
+
+
+def best(rows: Sequence[Row], select: str) -> Row:
+    """Return the row of the weights that are kept: of the last phase, the first of those with the least error."""
+    last = [row for row in rows if row["phase"] == rows[-1]["phase"]]
+    return last[-1] if select == "last" else min(last, key=lambda row: float(row["error"]))
+
+
+def _weights(mask: Tensor, pooled: int, width: int, *, mean: bool) -> Tensor:
+    """Return how much each frame of a window counts, (n, T / pooled, 1).
+
+    Of pooled frames, one counts if any of those in it does.
+    """
+    counts = mask.view(len(mask), -1, pooled).any(2).float()
+    if mean:
+        counts /= counts.sum(1, keepdim=True) * width
+    return counts.unsqueeze(2)
+
+
+def train(
+    configuration: Configuration,
+    training_set: MotionSet,
+    validation_set: MotionSet,
+    out: Path,
+    *,
+    device: str = "cpu",
+    tensorboard: bool = False,
+) -> list[Row]:
+    """Train the manifold, from the checkpoint on if the run has one.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        What the run is.
+    training_set, validation_set : MotionSet
+        What is trained on, and by what weights are chosen: of other subjects.
+    out : Path
+        The folder of the run; it is there.
+    device : {'cpu', 'cuda'}, optional
+        What it is computed on.
+    tensorboard : bool, optional
+        Write logs for TensorBoard, too.
+
+    Returns
+    -------
+    list of dict
+        What was measured after each epoch: ``phase``, ``epoch`` from 1 on, ``lr``, the mean ``loss``, and ``error``,
+        the mean error of the validation set's joints as share of the height.
+
+    Raises
+    ------
+    ValueError
+        If the data do not fit the network, training diverges, or the checkpoint is broken.
+    KeyboardInterrupt, Stopped
+        As `npss_baselines.runs.fitting.fit`.
+    """
+    n_frames, n_features = training_set.windows.shape[1:]
+    if n_features != configuration.model.n_features:
+        raise ValueError(f"model.n_features: {configuration.model.n_features}, but the motion has {n_features}")
+    if n_frames % configuration.model.stride:
+        raise ValueError(f"model: {configuration.model.stride} frames to a step, which do not divide {n_frames}")
+    return fit(
+        lambda: Training(configuration, training_set, validation_set, out), device=device, tensorboard=tensorboard
+    ).rows

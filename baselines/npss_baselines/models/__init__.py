@@ -1,0 +1,19 @@
+"""The models of the NPSS paper and its rivals: see `npss_baselines.models.registry`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from npss_baselines.models.registry import MODELS, ModelSpec
+
+__all__ = ["MODELS", "ModelSpec"]
+
+
+def __getattr__(name: str) -> Any:
+    # Imported when it is first asked for: the commands that need no model need no torch.
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from npss_baselines.models import registry
+
+    return getattr(registry, name)

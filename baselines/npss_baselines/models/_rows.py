@@ -1,0 +1,80 @@
+"""A step of a recurrent cell and its way back, by hand: what `npss_baselines.models._bptt` is made of.
+
+What a step reads and what it writes lie side by side in one row, [c, u, r, g, r * h, x, h], such that both products of
+a cell read and write neighbours, and nothing is copied together first. Parameters are cut into `Blocks`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor
+
+aten = torch.ops.aten
+
+#: Memory that is not in use, by what it is used for.
+_spare: dict[str, Tensor] = {}
+
+
+def borrow(purpose: str, like: Tensor, *shape: int) -> Tensor:
+    """Return a tensor of that shape, its values undefined: large memory that is new costs more to fill than to compute.
+
+    What is not given back, because nothing was backpropagated, is freed as usual. On other devices than the
+    CPU, torch keeps memory itself, and apart for each stream: there, nothing is borrowed.
+    """
+    n, spare = math.prod(shape), _spare.pop(purpose, None) if like.is_cpu else None
+    if spare is None or len(spare) < n or spare.dtype != like.dtype:
+        spare = like.new_empty(n)
+    return spare[:n].view(shape)
+
+
+def give_back(**tensors: Tensor) -> None:
+    """Give back what was borrowed. Autograd refuses to use it once more after others have written to it."""
+    for purpose, tensor in tensors.items():
+        if tensor.is_cpu:
+            _spare[purpose] = tensor.view(-1)
+
+
+class Columns:
+    """Where things are in the row of a cell with H units, D inputs, and 2 gates or, with g, 3."""
+
+    def __init__(self, H: int, D: int, n_gates: int) -> None:
+        self.c, self.u, self.r = slice(H), slice(H, 2 * H), slice(2 * H, 3 * H)
+        self.gates = slice(H, (1 + n_gates) * H)  # u, r, g
+        self.sums = slice((1 + n_gates) * H)  # c, u, r, g
+        self.planned = slice((n_gates - 2) * H, (n_gates + 1) * H)  # sums to which a static input contributes
+        self.rh = slice((1 + n_gates) * H, (2 + n_gates) * H)
+        self.grh = slice(3 * H, (2 + n_gates) * H)  # g, r * h
+        self.x = slice((2 + n_gates) * H, (2 + n_gates) * H + D)
+        self.grhx = slice(3 * H, self.x.stop)  # g, r * h, x: from these the candidate
+        self.h = slice(self.x.stop, self.x.stop + H)
+        self.xh = slice(self.x.start, self.h.stop)  # x, h: from these the gates
+
+
+def advance(row: Tensor, out: Tensor, gates: Tensor, candidate: Tensor, at: Columns) -> None:
+    """Make a step: from x, h and what has been planned of the sums, fill in the row, and write the new h into `out`."""
+    row[:, at.gates].addmm_(row[:, at.xh], gates).sigmoid_()
+    torch.mul(row[:, at.r], row[:, at.h], out=row[:, at.rh])
+    c = row[:, at.c].addmm_(row[:, at.grhx], candidate).tanh_()
+    torch.lerp(c, row[:, at.h], row[:, at.u], out=out)
+
+
+def retreat(dh: Tensor, row: Tensor, d: Tensor, gates: Tensor, candidate: Tensor, at: Columns) -> Tensor:
+    """Take a step back: from the gradient of the new h, write those of the sums into `d`, and return that of h.
+
+    `gates` and `candidate` are transposed here, and lack what multiplies x.
+    """
+    c, h, dc, drh, dgates = row[:, at.c], row[:, at.h], d[:, at.c], d[:, at.rh], d[:, at.gates]
+    back = dh * row[:, at.u]
+    aten.tanh_backward.grad_input(dh - back, c, grad_input=dc)
+    torch.sub(h, c, out=d[:, at.u]).mul_(dh)
+    torch.mm(dc, candidate, out=d[:, at.grh])
+    torch.mul(drh, h, out=d[:, at.r])
+    aten.sigmoid_backward.grad_input(dgates, row[:, at.gates], grad_input=dgates)
+    return back.addcmul_(drh, row[:, at.r]).addmm_(dgates, gates)
+
+
+def weight_gradients(rows: Tensor, d: Tensor, at: Columns) -> tuple[Tensor, Tensor]:
+    """Return the gradients of `gates` and `candidate`, from the rows of all steps and the gradients of their sums."""
+    return rows[:, at.xh].t() @ d[:, at.gates], rows[:, at.grhx].t() @ d[:, at.c]

@@ -1,0 +1,282 @@
+"""What a run is: the model, the recipe, the data and the seed, as ``config.json`` and the command line state them."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import torch
+
+import npss
+from npss.console import meant
+from npss.extras import install_hint
+from npss.files import doing, read_json, write_text_atomically
+from npss.protocol import ACTIONS, TRAIN_SUBJECTS
+from npss.validation import each, one_of, positive_integer, positive_number
+from npss_baselines.data.windows import GAIT, checked_seed
+from npss_baselines.models import MODELS
+from npss_baselines.models.recipe import Recipe
+
+try:
+    import jsonargparse
+except ImportError:
+    raise ImportError(f"training needs jsonargparse; {install_hint('all', baselines=True)}") from None
+
+#: The file of a run that states its configuration.
+FILE = "config.json"
+#: The file from which training goes on: of a run, or of all that are trained together, in the folder above theirs.
+CHECKPOINT = "last.ckpt"
+SOURCES = ("h36m", "synthetic")
+SELECT = ("released", "paper", "euler", "last")
+# Stated in the file, but no part of the configuration: for those who read it, and where the data were.
+NOTES = ("made_with", "paths")
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """All that a run depends on, but for where the data are and what it is computed on.
+
+    Attributes
+    ----------
+    name : str
+        Of the model, one of `npss_baselines.models.MODELS`.
+    model : dataclass
+        The fields of the model.
+    recipe : Recipe
+        How it is trained.
+    data : {'h36m', 'synthetic'}
+        Human3.6M, or the generated gait.
+    actions : tuple of str
+        What is trained on, in the order of the label.
+    subjects : tuple of int
+        Who is trained on; nobody, where the data are generated.
+    seed : int
+        Of the initial weights and of every iteration.
+    select : {'released', 'paper', 'euler', 'last'}
+        Which weights are kept as the model: those with the least NPSS on the validation windows by that convention,
+        or with the least Euler error, or the last ones, as the code released with the NPSS paper does.
+    average : float or None
+        Decay of a moving average of the weights, which then is what is validated and kept.
+    validate_on : tuple of str
+        The actions of the validation windows.
+    validate_every, checkpoint_every : int
+        Iterations between two validations, and between two checkpoints.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a field is not what it should be; the message begins with its name.
+    """
+
+    name: str
+    model: Any
+    recipe: Recipe
+    data: str
+    actions: tuple[str, ...]
+    subjects: tuple[int, ...]
+    seed: int
+    select: str
+    average: float | None
+    validate_on: tuple[str, ...]
+    validate_every: int
+    checkpoint_every: int
+
+    def __post_init__(self) -> None:
+        one_of("data", self.data, SOURCES)
+        one_of("select", self.select, SELECT)
+        checked_seed(self.seed)
+        positive_integer("validate_every", self.validate_every)
+        positive_integer("checkpoint_every", self.checkpoint_every)
+        if self.average is not None and positive_number("average", self.average) >= 1:
+            raise ValueError(f"average: expected a decay between 0 and 1, got {self.average}")
+        synthetic = self.data == "synthetic"
+        _some_of("actions", self.actions, (GAIT,) if synthetic else ACTIONS)
+        _some_of("validate_on", self.validate_on, self.actions)
+        if not synthetic or self.subjects:
+            _some_of("subjects", self.subjects, () if synthetic else TRAIN_SUBJECTS)
+
+
+def read(path: Path) -> Configuration:
+    """Read a configuration; what it does not state is the registry's default.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        If it is not one; names the file.
+    """
+    stated = stated_in(path)
+    try:
+        check_fields("", stated, [*NOTES, *(field.name for field in fields(Configuration))])
+        stated = {name: value for name, value in stated.items() if name not in NOTES}
+        name = stated.pop("name", None)
+        one_of("name", name, tuple(MODELS))
+        known = defaults(name)
+        for group in ("model", "recipe"):
+            check_fields(f"{group}: ", stated.get(group, {}), [field.name for field in fields(known[group])])
+        parser = parser_of(known)
+        return configuration_of(name, parser, lambda: parser.parse_object(stated))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def of_run(folder: Path) -> Path:
+    """Return the configuration of a run.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is none.
+    """
+    if not (folder / FILE).is_file():
+        lack = f"no {FILE} there" if folder.is_dir() else "there is no such folder"
+        raise FileNotFoundError(f"reading the run {folder}: {lack}")
+    return folder / FILE
+
+
+def paths_of(path: Path) -> dict[str, Path]:
+    """Return where the data of a run are, by the names of the options that said so, as its configuration states."""
+    paths = stated_in(path).get("paths", {})
+    if not isinstance(paths, dict) or not all(isinstance(found, str) for found in paths.values()):
+        raise ValueError(f"{path}: paths: expected an object of names and folders, got {paths!r}")
+    return {name: Path(found) for name, found in paths.items()}
+
+
+def stated_in(path: Path) -> dict[str, Any]:
+    """Read what a configuration states, of which nothing is checked yet.
+
+    Raises
+    ------
+    OSError, ValueError
+        If it cannot be read, or is no JSON object; names the file.
+    """
+    with doing("reading the configuration"):
+        stated = read_json(path)
+    if not isinstance(stated, dict):
+        raise ValueError(f"{path}: expected an object, got {stated!r}")
+    return stated
+
+
+def check_fields(where: str, stated: object, names: Sequence[str]) -> None:
+    """Raise unless it is an object with no other fields; jsonargparse would import a class that one may name."""
+    if not isinstance(stated, dict):
+        raise ValueError(f"{where}expected an object, got {stated!r}")
+    if unknown := sorted(set(stated) - set(names)):
+        raise ValueError(f"{where}there is no {unknown[0]!r}; there are {', '.join(names)}")
+
+
+def write(path: Path, configuration: Any, device: str, paths: Mapping[str, Path] | None = None) -> None:
+    """Write a configuration, and beside it what the run is made with and where its data are.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    configuration : dataclass
+        This module's, or the manifold's.
+    device : str
+        What it is computed on.
+    paths : mapping of str to Path, optional
+        The folders of the data, by the names of the options that said so.
+    """
+    made_with = {"npss": npss.__version__, "torch": str(torch.__version__), "device": device}
+    found = {name: str(folder.resolve()) for name, folder in (paths or {}).items()}
+    write_text_atomically(
+        path, json.dumps({**asdict(configuration), "made_with": made_with, "paths": found}, indent=2) + "\n"
+    )
+
+
+def defaults(name: str) -> dict[str, Any]:
+    """Return what a run of a model is if nothing else is said; what is None is worked out from the rest."""
+    spec = MODELS[name]
+    stated = {"name": name, "model": spec.config, "recipe": spec.recipe, "data": SOURCES[0], "seed": 0}
+    return {field.name: None for field in fields(Configuration)} | stated | {"select": SELECT[0]}
+
+
+def parser_of(known: dict[str, Any]) -> jsonargparse.ArgumentParser:
+    """Return what reads the fields of a configuration; those that are known are its defaults."""
+    parser = jsonargparse.ArgumentParser(
+        prog="npss-baselines train",
+        usage="npss-baselines train [MODEL] --out RUN [--config FILE] [OPTION ...]",
+        description=f"Train a model: one of {', '.join(MODELS)}. The options --model... below are those of "
+        f"{known['name']}; name another one before --help for its own.",
+        exit_on_error=False,
+        allow_abbrev=False,
+        parser_mode="json",
+    )
+    parser.add_argument("--data", choices=SOURCES, help="Human3.6M, or a generated gait, which needs no data")
+    parser.add_argument(
+        "--actions", "--action", nargs="+", metavar="ACTION", help="of Human3.6M, or all; walking if none is named"
+    )
+    parser.add_argument(
+        "--subjects", nargs="+", type=int, metavar="S", help=f"whom to train on; if nobody is named, {TRAIN_SUBJECTS}"
+    )
+    parser.add_argument("--seed", type=int, help="of the initial weights and of every iteration")
+    parser.add_argument(
+        "--select",
+        choices=SELECT,
+        help="which weights are kept: the best on validation windows, by NPSS of that convention or by Euler error; "
+        "or the last ones",
+    )
+    parser.add_argument(
+        "--average", type=float, metavar="DECAY", help="validate and keep a moving average of the weights"
+    )
+    parser.add_argument(
+        "--validate-on", nargs="+", metavar="ACTION", help="where files of the test subject lack; if none is named, all"
+    )
+    parser.add_argument("--validate-every", type=int, metavar="N", help="iterations; if not given, a twentieth of them")
+    parser.add_argument(
+        "--checkpoint-every", type=int, metavar="N", help="iterations; if not given, a hundredth of them"
+    )
+    for name, value in known.items():
+        if name in ("model", "recipe"):
+            parser.add_argument(f"--{name}", type=type(value), default=value)
+        elif name != "name":
+            parser.set_defaults({name: list(value) if isinstance(value, tuple) else value})
+    return parser
+
+
+def configuration_of(name: str, parser: jsonargparse.ArgumentParser, parse: Callable[[], Any]) -> Configuration:
+    """Make the configuration of what was parsed, working out what was not said."""
+    try:
+        parsed = parser.instantiate(parse())
+    except argparse.ArgumentError as error:
+        raise ValueError(f"{error}{there_are(parser, str(error))}") from None
+    values = {"name": name} | {field.name: parsed[field.name] for field in fields(Configuration)[1:]}
+    synthetic, iterations = values["data"] == "synthetic", values["recipe"].iterations
+    if values["actions"] is None:
+        values["actions"] = (GAIT,) if synthetic else ("walking",)
+    elif list(values["actions"]) == ["all"]:
+        values["actions"] = ACTIONS
+    worked_out = {
+        "validate_on": values["actions"],
+        "subjects": () if synthetic else TRAIN_SUBJECTS,
+        "validate_every": max(1, iterations // 20),
+        "checkpoint_every": max(1, iterations // 100),
+    }
+    values |= {key: value for key, value in worked_out.items() if values[key] is None}
+    sequences = {key: tuple(each(key, values[key])) for key in ("actions", "validate_on", "subjects")}
+    return Configuration(**values | sequences)
+
+
+def there_are(parser: jsonargparse.ArgumentParser, error: str) -> str:
+    """Return what to add to an error of unknown arguments: the option that was meant, or all that there are."""
+    if "unrecognized" not in error:
+        return ""
+    names = [f"--{name if '.' in name else name.replace('_', '-')}" for name in sorted(parser.get_defaults().keys())]
+    group = re.search(r"--\w+\.", error)
+    of_group = [name for name in names if group and name.startswith(group[0])]
+    return meant(error.split(), of_group or names) or f"; there are {', '.join(of_group or names)}"
+
+
+def _some_of(name: str, values: Sequence[Any], choices: Sequence[Any]) -> None:
+    """Raise unless values are some of the choices, each once."""
+    if not values or not set(values) <= set(choices) or len(set(values)) < len(values):
+        raise ValueError(
+            f"{name}: expected some of {', '.join(map(str, choices)) or 'none'}, each once; "
+            f"got {', '.join(map(str, values)) or 'none'}"
+        )

@@ -1,0 +1,148 @@
+"""A run in training: its model, its batches, and what has been measured of it. Several can be trained together."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
+
+from npss.files import write_atomically
+from npss_baselines.data.tasks import Task
+from npss_baselines.data.windows import Batch, Batches, TrainingSet, digest
+from npss_baselines.models import MODELS
+from npss_baselines.models.base import MotionModel
+from npss_baselines.runs import run as runs
+from npss_baselines.runs.config import Configuration
+from npss_baselines.training import objectives, validation
+from npss_baselines.training.validation import Row
+
+#: The file of a run with what was measured at each validation.
+METRICS = "metrics.csv"
+
+
+class Member(nn.Module):
+    """A model that is trained, alone or with others: iteration i does the same whenever, and beside whom, it is done.
+
+    The batch is a function of the seed and of i, and so is all that is drawn in it: torch's generators are to be seeded
+    anew for each iteration, by `seed`.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        What the run is.
+    training_set : TrainingSet
+        Of its actions.
+    validation_tasks : sequence of Task
+        Of its actions.
+    out : Path
+        The folder of the run.
+    """
+
+    mean: Tensor
+    std: Tensor
+
+    def __init__(
+        self, configuration: Configuration, training_set: TrainingSet, validation_tasks: Sequence[Task], out: Path
+    ) -> None:
+        super().__init__()
+        recipe = configuration.recipe
+        self.configuration = configuration
+        self._batches = Batches(
+            training_set, batch=recipe.batch, n_seed=recipe.n_seed, n_target=recipe.n_target, seed=configuration.seed
+        )
+        #: Of what is trained on: a run does not go on with other motion.
+        self.motion = digest(training_set)
+        self._validation = validation_tasks
+        self._normalization = training_set.normalization
+        self.out = out
+        torch.manual_seed(configuration.seed)
+        self.model = MODELS[configuration.name].build(configuration.model, len(configuration.actions))
+        self.average: AveragedModel | None = None
+        if configuration.average is not None:
+            decay = get_ema_multi_avg_fn(configuration.average)  # type: ignore[no-untyped-call]
+            self.average = AveragedModel(self.model, multi_avg_fn=decay)
+        kept = list(self._normalization.columns)
+        for name in ("mean", "std"):
+            statistic = torch.tensor(getattr(self._normalization, name)[kept], dtype=torch.float32)
+            self.register_buffer(name, statistic, persistent=False)
+        #: One for each validation.
+        self.rows: list[Row] = []
+        #: The loss and its parts in each iteration since the last validation.
+        self.losses: dict[str, list[Tensor]] = defaultdict(list)
+
+    def batch(self, iteration: int) -> Batch:
+        """Return the batch of an iteration."""
+        return self._batches[iteration]
+
+    def seed(self, iteration: int) -> int:
+        """Return by what torch's generators are seeded in an iteration."""
+        entropy = np.random.SeedSequence([self.configuration.seed, iteration, 1])  # without the 1, that of the batch
+        return int(entropy.generate_state(1, np.uint64)[0])
+
+    def loss(self, poses: Tensor, label: Tensor, iteration: int) -> dict[str, Tensor]:
+        """Return the loss of a batch, and its parts."""
+        statistics = objectives.Statistics(self.mean, self.std)
+        return objectives.loss(self.model, poses, label, self.configuration.recipe, iteration, statistics=statistics)
+
+    def keep(self, parts: Mapping[str, Tensor]) -> None:
+        """Remember the loss of an iteration until the next validation."""
+        for name, value in parts.items():
+            self.losses[name].append(value.detach())
+
+    def kept(self) -> dict[str, Tensor]:
+        """Return what has been remembered, by name (n,)."""
+        # What comes from a checkpoint is on the CPU.
+        device = self.mean.device
+        return {name: torch.stack([value.to(device) for value in values]) for name, values in self.losses.items()}
+
+    def validate(self, iteration: int) -> Row:
+        """Measure the model, keep it if it is the best so far, write down what was measured, and return it."""
+        recipe, select = self.configuration.recipe, self.configuration.select
+        row: Row = {"iteration": iteration, "lr": recipe.learning_rate(iteration - 1)}
+        row |= {name: values.mean().item() for name, values in self.kept().items()}
+        self.losses.clear()
+        if not math.isfinite(row["loss"]):
+            raise self._diverged(iteration, f"the loss was {row['loss']}")
+        model = self.model
+        if self.average is not None:
+            row |= {f"{name}_not_averaged": value for name, value in self._measure(model, iteration).items()}
+            model = cast(MotionModel, self.average.module)
+        row |= self._measure(model, iteration)
+        self.rows.append(row)
+        if row is validation.best(self.rows, select):
+            measured = {**row, "signature": validation.signature(self._validation)}
+            runs.save(self.out, model, self._normalization, measured)
+        write_atomically(self.out / METRICS, self._write_rows)
+        return row
+
+    def _measure(self, model: MotionModel, iteration: int) -> Row:
+        """Measure a model on the validation windows; what is random in it is drawn alike each time."""
+        predictors = [
+            runs.ModelPredictor(
+                model, self._normalization, self.configuration.actions.index(task.action), np.random.default_rng(0)
+            )
+            for task in self._validation
+        ]
+        try:
+            return validation.measure(predictors, self._validation)
+        except ValueError as error:  # the last step may have been the one, of which no loss tells
+            raise self._diverged(iteration, str(error)) from error
+
+    def _diverged(self, iteration: int, sign: str) -> ValueError:
+        return ValueError(
+            f"training of {self.out} has diverged by iteration {iteration}: {sign}; try a lower --recipe.lr"
+        )
+
+    def _write_rows(self, path: Path) -> None:
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, dict.fromkeys(name for row in self.rows for name in row))
+            writer.writeheader()
+            writer.writerows(self.rows)

@@ -1,0 +1,1 @@
+"""What a score tells: reports, comparisons, intervals, tests, pitfalls."""

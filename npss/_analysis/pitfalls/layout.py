@@ -1,0 +1,148 @@
+"""Arrays that are not what the score takes them for: axes, units, poses before their conversion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from npss._analysis.pitfalls.pitfall import Block, Found, Trap
+from npss.rotations._poses import POSE, UNSCORED
+from npss.validation import Float64
+
+#: In units of the distances from the mean, the squared steps of what is erratic and of what is smooth; those of white
+#: noise are 2, those of motion along time some hundredths.
+_SMOOTH = 0.25
+
+
+class SwappedAxes(Trap):
+    """Time where the features should be."""
+
+    name = "axes"
+
+    def __init__(self) -> None:
+        self._sums = np.zeros((2, 2))  # along time and features: squared steps, squared distances from the mean
+
+    def see(self, block: Block) -> None:
+        """Add up the steps along both axes."""
+        if block.gt.shape[1] < 3:  # between two frames, all motion looks erratic
+            return
+        for row, axis in enumerate((1, 2)):
+            steps = np.square(np.diff(block.gt, axis=axis)).sum()
+            self._sums[row] += steps, block.gt.var(axis=axis).sum() * block.gt.shape[axis]
+
+    def found(self) -> Iterator[Found]:
+        """Yield whether motion is smooth along the features alone."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            along_time, along_features = self._sums[:, 0] / self._sums[:, 1]
+        if along_time > 1 and along_features < _SMOOTH:
+            yield Found(
+                "gt",
+                1,
+                (),
+                "varies smoothly along the last axis and erratically along the one before: is time last? "
+                "Expected (sequences, frames, features)",
+            )
+
+
+class JointAxis(Trap):
+    """One sequence of joints with their coordinates, taken for many sequences of few features."""
+
+    name = "joints"
+    _COORDINATES = (3, 4, 6)
+    _SMOOTHER = 25  # times smaller squared steps; between the windows of a motion they are larger, or the same
+
+    def __init__(self) -> None:
+        self._steps = np.zeros(2)  # squared, along the first axis and the second
+        self._counts = np.zeros(2)
+        self._distances = 0.0  # squared, from the mean along the second axis
+        self._last: Float64 | None = None
+
+    def see(self, block: Block) -> None:
+        """Add up the steps along the first two axes."""
+        if block.gt.shape[2] not in self._COORDINATES or block.gt.shape[1] < 3:
+            return
+        rows = block.gt if self._last is None else np.concatenate([self._last, block.gt])
+        self._last = block.gt[-1:]
+        for axis, motion in enumerate((rows, block.gt)):
+            steps = np.diff(motion, axis=axis)
+            self._steps[axis] += np.square(steps).sum()
+            self._counts[axis] += steps.size
+        self._distances += float(block.gt.var(axis=1).sum()) * block.gt.shape[1]
+
+    def found(self) -> Iterator[Found]:
+        """Yield whether motion is smooth along the first axis and not along the second."""
+        if self._counts.all():
+            first, second = self._steps / self._counts
+            if 0 < first < second / self._SMOOTHER and self._steps[1] > _SMOOTH * self._distances:
+                yield Found(
+                    "gt",
+                    1,
+                    (),
+                    "varies much more smoothly along the first axis than along the second: (frames, joints, "
+                    "coordinates) of one sequence? Expected (sequences, frames, features): "
+                    "array.reshape(1, len(array), -1)",
+                )
+
+
+class Degrees(Trap):
+    """Angles in degrees."""
+
+    name = "degrees"
+
+    def __init__(self) -> None:
+        self._largest: dict[str, Float64] = {}
+        self._spread = {"gt": 0.0, "pred": 0.0}
+
+    def see(self, block: Block) -> None:
+        """Keep each feature's largest value, and add up how far all are from their means."""
+        for argument, motion in block.named():
+            largest = np.abs(motion).max(axis=(0, 1))
+            self._largest[argument] = np.maximum(self._largest.get(argument, largest), largest)
+            self._spread[argument] += float(motion.var(axis=1).sum())
+
+    def found(self) -> Iterator[Found]:
+        """Yield whether values, or movements beside the other's, are too large for radians."""
+        for argument, largest in self._largest.items():
+            moving = largest[largest > 0]
+            if len(moving) and 4 * math.pi < np.median(moving) and np.quantile(moving, 0.9) <= 360:  # else positions
+                yield Found(
+                    argument,
+                    1,
+                    (int(np.argmax(largest)),),
+                    f"values up to {largest.max():.4g}, in most features beyond 4 pi: degrees, if these are angles, "
+                    f"instead of radians",
+                )
+        gt, pred = math.sqrt(self._spread["gt"]), math.sqrt(self._spread["pred"])
+        for argument, one, other in (("pred", pred, gt), ("gt", gt, pred)):
+            if other and 40 < one / other < 80:
+                message = f"moves {one / other:.0f} times as far as the other: degrees beside radians?"
+                yield Found(argument, 1, (), message)
+
+
+class Poses(Trap):
+    """Human3.6M poses that have not been converted to the angles that are scored."""
+
+    name = "poses"
+
+    def __init__(self) -> None:
+        self._root = {"gt": False, "pred": False}
+
+    def see(self, block: Block) -> None:
+        """See whether there is a root that moves."""
+        if block.gt.shape[2] == POSE:
+            for argument, motion in block.named():
+                self._root[argument] |= bool(motion[..., :UNSCORED].any())
+
+    def found(self) -> Iterator[Found]:
+        """Yield which of the two has a root among its 99 columns."""
+        for argument, root in self._root.items():
+            if root:
+                yield Found(
+                    argument,
+                    1,
+                    (),
+                    f"{POSE} columns, the first {UNSCORED} not zero: Human3.6M poses? npss.poses_to_euler, or "
+                    f"npss score --expmap, converts them to the angles that are scored",
+                )

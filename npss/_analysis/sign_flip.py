@@ -1,0 +1,97 @@
+"""The paired test over blocks: what if the names of two models were exchanged in some of them."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from npss._analysis.bootstrap import checked_level, checked_seed
+from npss.validation import Float64
+
+EXACT_UP_TO = 16  # blocks; beyond, exchanges are drawn
+#: Blocks from which on there is a p-value: of fewer, the smallest possible one is above .05.
+MIN_BLOCKS_OF_TEST = 6
+SAMPLES = 9999
+_BLOCK = 2**18  # choices held at once
+
+
+class SignFlips(NamedTuple):
+    """What the quotient of sums would be, over the exchanged and the other blocks, for every exchange.
+
+    Under exchange of a set S of blocks, the sum of the differences d is at least as extreme as it is if and only if
+    0 lies between the quotients sum d / sum w over S and over its complement. Hence all that the test needs, and the
+    interval of the values that it would not reject, is a pair of numbers for each exchange.
+    """
+
+    low: Float64  # (K,); the smaller of the two quotients, -inf where S is empty or all
+    high: Float64  # (K,)
+    exact: bool  # whether all exchanges are there (those of S and of its complement are the same)
+
+    def p_value(self) -> float:
+        """Return the share of exchanges that are at least as extreme, in either direction, as what was seen."""
+        return float(np.mean((self.low <= 0) & (self.high >= 0)))
+
+    def interval(self, level: float) -> tuple[float, float]:
+        """Return the smallest and largest difference that the test at ``1 - level`` would not reject."""
+        last = len(self.low) - 1
+        rank = min(last, math.floor((1 - checked_level(level)) * len(self.low) + 1e-9))
+        return float(np.sort(self.low)[rank]), float(np.sort(self.high)[::-1][rank])
+
+
+def sign_flips(difference: Float64, weight: Float64, *, seed: int = 0) -> SignFlips:
+    """Exchange the models in every set of blocks, or, if they are many, in sets drawn at random.
+
+    Parameters
+    ----------
+    difference : (N,) ndarray of float64
+        What each block adds to the difference of the two numerators; rounding counts as none, see `settled`.
+    weight : (N,) ndarray of float64
+        What each adds to the denominator, which they share; positive.
+    seed : int, optional
+        Of the generator that draws the sets.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the seed is not a whole number from 0 on.
+
+    References
+    ----------
+    J. A. Hartigan, "Using Subsample Values as Typical Values", JASA 64, 1969: the interval is exact, whatever the
+    distribution, if differences are independent and symmetric about the true one.
+    """
+    n = len(difference)
+    exact = n <= EXACT_UP_TO
+    rng = np.random.default_rng(checked_seed(seed))
+    difference = settled(difference, weight)
+    n_sets = 2 ** (n - 1) if exact else SAMPLES + 1
+    terms = np.stack([difference, np.abs(difference), weight], axis=1)
+    inside, outside = np.empty((2, n_sets))
+    for top in range(0, n_sets, rows := max(1, _BLOCK // n)):
+        some = np.arange(top, min(top + rows, n_sets))
+        if exact:  # the last block stays: a set and its complement are the same exchange
+            chosen = some[:, np.newaxis] >> np.arange(n) & 1
+        else:
+            chosen = rng.integers(2, size=(len(some), n), dtype=np.uint8)
+            chosen[some == 0] = 0  # what was seen is one of the exchanges: without it, p could be zero
+        sets = chosen.astype(np.float64)
+        inside[some] = _quotients(sets @ terms)
+        outside[some] = _quotients((1 - sets) @ terms)
+    whole = np.isnan(inside) | np.isnan(outside)
+    low, high = np.minimum(inside, outside), np.maximum(inside, outside)
+    return SignFlips(np.where(whole, -np.inf, low), np.where(whole, np.inf, high), exact)
+
+
+def settled(difference: Float64, weight: Float64) -> Float64:
+    """Return differences without what is rounding, less than 1e-10 of the weight, which must not decide."""
+    return np.where(np.abs(difference) <= 1e-10 * weight, 0.0, difference)
+
+
+def _quotients(sums: Float64) -> Float64:
+    """Return the quotients of differences and weights, given sums ``(k, 3)`` of terms; NaN of none."""
+    difference, size, weight = sums.T
+    with np.errstate(invalid="ignore"):  # rounding must not break ties
+        quotients: Float64 = np.where(np.abs(difference) <= 1e-12 * size, 0.0, difference) / weight
+    return quotients

@@ -1,0 +1,1 @@
+"""The metrics themselves: NPSS and the Euler error, their conventions and signatures."""

@@ -1,0 +1,115 @@
+"""What a score means: the frozen choices behind the number, and the three that have names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+from typing import Literal
+
+from npss.validation import one_of
+
+CHOICES: dict[str, tuple[str, ...]] = {
+    "power": ("magnitude", "real"),
+    "bins": ("two-sided", "one-sided"),
+    "distance": ("cdf", "spectrum"),
+    "weight": ("power", "uniform"),
+    "zero": ("dc", "empty"),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Convention:
+    """The choices that turn two motions into one NPSS; equal conventions give equal numbers.
+
+    Of a feature's values over the T frames of a sequence, F is the discrete Fourier transform.
+
+    Parameters
+    ----------
+    power : {'magnitude', 'real'}
+        The power of a bin: ``abs(F)**2``, or ``F.real**2`` (what the released code computes, since it assigns complex
+        coefficients to a real array).
+    bins : {'two-sided', 'one-sided'}
+        All T bins, or the first ``T//2 + 1`` of them, as ``rfft`` gives, none of them doubled.
+    distance : {'cdf', 'spectrum'}
+        L1 distance of the two cumulative distributions over the bins (the earth mover's distance, in bins), or of
+        the two normalised spectra themselves.
+    weight : {'power', 'uniform'}
+        The weight of a feature of a sequence in the mean: its ground truth's total power, or 1 where that is not zero.
+    zero : {'dc', 'empty'}
+        A prediction without any power: all of it in the DC bin, which is the limit of a constant that goes to zero; or
+        a distribution of zeros, as ``0/0 -> 0`` gives.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a field is not one of its choices.
+
+    Notes
+    -----
+    The three named ones, and the values to be had from them, are explained in the documentation under
+    *Conventions*.
+
+    ============== =========== =========== ========== ========= =======
+    name           power       bins        distance   weight    zero
+    ============== =========== =========== ========== ========= =======
+    ``'paper'``    magnitude   two-sided   cdf        power     dc
+    ``'released'`` real        two-sided   cdf        power     empty
+    ``'literal'``  magnitude   two-sided   spectrum   uniform   dc
+    ============== =========== =========== ========== ========= =======
+
+    References
+    ----------
+    A. Gopalakrishnan et al., "A Neural Temporal Model for Human Motion Prediction", CVPR 2019, section 3.5,
+    equations 7 to 9.
+
+    Examples
+    --------
+    >>> import npss
+    >>> npss.Convention(weight="uniform")
+    Convention(power='magnitude', bins='two-sided', distance='cdf', weight='uniform', zero='dc')
+    >>> npss.Convention() == npss.CONVENTIONS["paper"]
+    True
+    """
+
+    power: Literal["magnitude", "real"] = "magnitude"
+    bins: Literal["two-sided", "one-sided"] = "two-sided"
+    distance: Literal["cdf", "spectrum"] = "cdf"
+    weight: Literal["power", "uniform"] = "power"
+    zero: Literal["dc", "empty"] = "dc"
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            one_of(field.name, getattr(self, field.name), CHOICES[field.name])
+
+
+#: The named conventions: ``paper`` (what the text defines, the default), ``released`` (what published tables hold)
+#: and ``literal`` (equations 7 to 9 as printed).
+CONVENTIONS: Mapping[str, Convention] = MappingProxyType(
+    {
+        "paper": Convention(),
+        "released": Convention(power="real", zero="empty"),
+        "literal": Convention(distance="spectrum", weight="uniform"),
+    }
+)
+
+
+def as_convention(convention: str | Convention) -> Convention:
+    """Return the convention itself, or the one of that name.
+
+    Raises
+    ------
+    TypeError
+        If it is neither a name nor a `Convention`.
+    ValueError
+        If no convention has that name.
+    """
+    if isinstance(convention, Convention):
+        return convention
+    one_of("convention", convention, tuple(CONVENTIONS))
+    return CONVENTIONS[convention]
+
+
+def convention_name(convention: Convention) -> str | None:
+    """Return the name of a named convention, None for another."""
+    return next((name for name, named in CONVENTIONS.items() if named == convention), None)

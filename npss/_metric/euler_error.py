@@ -1,0 +1,278 @@
+"""The Euler angle error, which the field calls "MSE", and the true mean of squares."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from npss._metric.exact_sum import UNIT, exact_sum
+from npss._metric.frames import whole_frames
+from npss.validation import Array, Float64, check_finite, each, motion_pair, one_of, positive_number
+
+_BLOCK = 2**16  # values of one array worked on at once
+#: A feature moves if its standard deviation over the frames of a sequence exceeds this.
+MOVES = 1e-4
+
+
+def euler_error(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    fps: float = 25,
+    at_ms: Sequence[float] = (80, 160, 320, 400, 560, 1000),
+    columns: str = "gt",
+    average: str = "at",
+) -> dict[float, float]:
+    """Euler angle error at given times: the field's "MSE", which is a mean of norms, not of squares.
+
+    In each frame, the Euclidean norm over features of the difference of Euler angles; then the mean over sequences.
+
+    Parameters
+    ----------
+    gt, pred : (N, T, D) or (T, D) array_like
+        Ground truth and prediction: Euler angles in radians. For Human3.6M poses, those of `poses_to_euler`.
+    fps : float, optional
+        Frames per second.
+    at_ms : sequence of float, optional
+        Times in milliseconds after the last seed frame: at 25 frames per second, 80 ms is the second predicted frame.
+    columns : {'gt', 'pred', 'all'}, optional
+        Which features count in a sequence: those that move, that is whose standard deviation over the T frames
+        exceeds 1e-4, in the ground truth (as the field does); in the prediction (as one released evaluation does, by
+        which a constant prediction has no error); or all.
+    average : {'at', 'up-to'}, optional
+        The error at that time, or the mean of the errors of all frames up to it.
+
+    Returns
+    -------
+    dict of float to float
+        The error at each time, in radians; whole numbers of milliseconds are ints.
+
+    Raises
+    ------
+    TypeError
+        If `gt` or `pred` does not hold real numbers, or a time is no number.
+    ValueError
+        If the shapes are wrong or differ, a value is NaN or infinite, no feature of a sequence moves in the ground
+        truth (commands leave such a sequence out, and say so), or a time is not a frame or beyond the last one: then
+        the message names the nearest times there are.
+
+    See Also
+    --------
+    euler_error_curve : the error of every frame.
+
+    References
+    ----------
+    K. Fragkiadaki et al., "Recurrent Network Models for Human Dynamics", ICCV 2015; the mask of moving features, and
+    the times, as in J. Martinez et al., "On Human Motion Prediction Using Recurrent Neural Networks", CVPR 2017.
+    A. Gopalakrishnan et al., CVPR 2019, tables 6 and 7.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import npss
+    >>> gt = np.linspace(0, 1, 25)[:, np.newaxis] * [1.0, 2.0]
+    >>> {t: round(e, 3) for t, e in npss.euler_error(gt, np.zeros_like(gt), at_ms=(80, 1000)).items()}
+    {80: 0.093, 1000: 2.236}
+    """
+    one_of("average", average, ("at", "up-to"))
+    rate = positive_number("fps", fps)
+    truth, prediction = motion_pair(gt, pred)
+    frames: dict[float, int] = {}
+    for time in each("at_ms", at_ms):
+        count = whole_frames("at_ms", time, rate, first=1, last=truth.shape[-2], per_second=1000)
+        frames[int(time) if time == int(time) else float(time)] = count
+    curve = _curve(truth, prediction, columns)
+    if average == "at":
+        return {time: float(curve[count - 1]) for time, count in frames.items()}
+    return {time: float(curve[:count].mean()) for time, count in frames.items()}
+
+
+def euler_error_curve(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: str = "gt") -> Float64:
+    """Euler angle error of every predicted frame.
+
+    Parameters
+    ----------
+    gt, pred : (N, T, D) or (T, D) array_like
+        As for `euler_error`.
+    columns : {'gt', 'pred', 'all'}, optional
+        As for `euler_error`.
+
+    Returns
+    -------
+    (T,) ndarray of float64
+        The mean over sequences, in radians; entry k belongs to (k + 1) / fps seconds after the last seed frame.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `euler_error`.
+
+    References
+    ----------
+    As `euler_error`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import npss
+    >>> gt = np.array([[0.0, 0.0], [3.0, 4.0]])
+    >>> npss.euler_error_curve(gt, np.zeros((2, 2)))
+    array([0., 5.])
+    """
+    truth, prediction = motion_pair(gt, pred)
+    return _curve(truth, prediction, columns)
+
+
+def mse(gt: npt.ArrayLike, pred: npt.ArrayLike) -> float:
+    """Mean squared error: the true mean, over sequences, frames and features, of the squared difference.
+
+    Not what the field's tables call "MSE": that is `euler_error`.
+
+    Parameters
+    ----------
+    gt, pred : (N, T, D) or (T, D) array_like
+        Ground truth and prediction.
+
+    Returns
+    -------
+    float
+        In squared units of the input.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the input is not as described, or the result is beyond float64.
+
+    Examples
+    --------
+    >>> import npss
+    >>> npss.mse([[0.0, 1.0]], [[2.0, 1.0]])
+    2.0
+    """
+    truth, prediction = motion_pair(gt, pred)
+    total = 0
+    with np.errstate(all="ignore"):
+        for _, first, second in _blocks(truth, prediction):
+            squares, shift = float(np.square(first - second).sum()), 0
+            if not 1e-280 < squares < math.inf:
+                first, second, shift = _scaled(first, second, truth, prediction)
+                squares = float(np.square(first - second).sum())
+            total += exact_sum(np.array([squares]), np.array([2 * shift]))
+    try:
+        return total / (truth.size << UNIT)
+    except OverflowError:
+        raise ValueError("pred: its mean squared difference from gt is beyond the largest float64") from None
+
+
+def sequence_errors(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: str = "gt") -> Float64:
+    """Return the error of every frame of every sequence, ``(N, T)``, of which `euler_error_curve` is the mean."""
+    truth, prediction = motion_pair(gt, pred)
+    errors = np.concatenate(list(_errors(truth, prediction, columns)))
+    _check_range(errors)
+    return errors
+
+
+def moving_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+    """Read ground truth and prediction, and leave out sequences that have no Euler error, since nothing moves in them.
+
+    Also returned is which sequences are still, ``(N,)``. If all of them are, they are left in.
+    """
+    truth, prediction = motion_pair(gt, pred)
+    still = np.concatenate([~_moving(first).any(axis=1) for _, first, _ in _blocks(truth, truth)])
+    if still.any():  # or NaN, which does not move either
+        check_finite("gt", truth)
+        check_finite("pred", prediction)
+        if not still.all():
+            truth, prediction = truth[~still], prediction[~still]
+    return truth, prediction, still
+
+
+def _curve(gt: Array, pred: Array, columns: str) -> Float64:
+    """Return the mean over sequences, ``(T,)``."""
+    n_sequences = len(gt) if gt.ndim == 3 else 1
+    curve = np.zeros(gt.shape[-2])
+    for errors in _errors(gt, pred, columns):
+        curve += errors.sum(axis=0) / n_sequences
+    _check_range(curve)
+    return curve
+
+
+def _check_range(errors: Float64) -> None:
+    if not np.isfinite(errors).all():
+        raise ValueError("pred: its difference from gt is beyond the largest float64")
+
+
+def _errors(gt: Array, pred: Array, columns: str) -> Iterator[Float64]:
+    """Yield the errors ``(n, T)`` of some sequences after others; infinite where they are beyond float64."""
+    one_of("columns", columns, ("gt", "pred", "all"))
+    for top, first, second in _blocks(gt, pred):
+        with np.errstate(all="ignore"):
+            if columns == "all":
+                moves = np.ones((len(first), first.shape[2]), bool)
+            else:
+                moves = _moving(first if columns == "gt" else second)
+            errors = _norms(first, second, moves)
+            if not np.isfinite(errors).all():
+                first, second, shift = _scaled(first, second, gt, pred)
+                errors = np.ldexp(_norms(first, second, moves), shift)
+        still = ~moves.any(axis=1)
+        if columns == "gt" and still.any():
+            raise ValueError(
+                f"gt: no feature of sequence {top + int(np.argmax(still))} moves "
+                f"(standard deviation over its frames > {MOVES:g}), so no feature would be compared"
+            )
+        yield errors
+
+
+def _norms(first: Float64, second: Float64, moves: npt.NDArray[np.bool_]) -> Float64:
+    """Return the Euclidean norms ``(n, T)`` of the difference of the features that count, ``(n, D)``."""
+    difference = first - second
+    difference *= moves[:, np.newaxis]
+    squares = np.einsum("ntd,ntd->nt", difference, difference)
+    norms: Float64 = np.sqrt(squares)
+    tiny = squares < 1e-280
+    if tiny.any():  # zero, or underflown
+        frames = difference[tiny]  # (m, D)
+        shift = np.frexp(np.abs(frames).max(axis=-1))[1]
+        scaled = np.ldexp(frames, -shift[:, np.newaxis])
+        norms[tiny] = np.ldexp(np.sqrt(np.square(scaled).sum(axis=-1)), shift)
+    return norms
+
+
+def _moving(motion: Float64) -> npt.NDArray[np.bool_]:
+    """Return where the standard deviation over the frames exceeds `MOVES`, ``(n, D)``.
+
+    It lies between the range / sqrt(2 T) and the range / 2, so only the features in between need it.
+    """
+    span = motion.max(axis=1) - motion.min(axis=1)
+    moves: npt.NDArray[np.bool_] = span > 1.001 * MOVES * math.sqrt(2 * motion.shape[1])
+    sequence, feature = np.nonzero(~moves & (span > MOVES))
+    if sequence.size:
+        moves[sequence, feature] = motion[sequence, :, feature].std(axis=1) > MOVES
+    return moves
+
+
+def _blocks(gt: Array, pred: Array) -> Iterator[tuple[int, Float64, Float64]]:
+    """Yield the first sequence of a block, and the block of both ``(n, T, D)``, as float64; never write to them."""
+    truths, predictions = (gt, pred) if gt.ndim == 3 else (gt[np.newaxis], pred[np.newaxis])
+    height = max(1, _BLOCK // (truths.shape[1] * truths.shape[2]))
+    for top in range(0, len(truths), height):
+        first = np.ascontiguousarray(truths[top : top + height], dtype=np.float64)
+        second = np.ascontiguousarray(predictions[top : top + height], dtype=np.float64)
+        yield top, first, second
+
+
+def _scaled(first: Float64, second: Float64, gt: Array, pred: Array) -> tuple[Float64, Float64, int]:
+    """Return blocks of `gt` and `pred` times ``2**-shift``, and the shift, such that no square leaves the range.
+
+    Raises the ValueError that names the place if it is not for their size that the squares left it.
+    """
+    peak = float(np.max([np.abs(first).max(), np.abs(second).max()]))  # NaN stays NaN
+    if not math.isfinite(peak):
+        check_finite("gt", gt)
+        check_finite("pred", pred)
+    shift = math.frexp(peak)[1]
+    return np.ldexp(first, -shift), np.ldexp(second, -shift), shift

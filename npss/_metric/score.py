@@ -1,0 +1,204 @@
+"""NPSS, the normalised power spectrum similarity: one number for a set of motions."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
+
+import numpy.typing as npt
+
+from npss._metric.convention import Convention, as_convention
+from npss._metric.exact_sum import exact_sum
+from npss._metric.frames import whole_frames
+from npss._metric.kernel import Block, blocks, tile
+from npss.validation import Array, check_finite, each, is_integer, motion_pair, positive_number
+
+
+def score(gt: npt.ArrayLike, pred: npt.ArrayLike, *, convention: str | Convention = "paper", workers: int = 1) -> float:
+    """NPSS, the power-weighted mean distance between the power spectra of prediction and ground truth.
+
+    Lower is better; 0 says that the power spectra are equal, not that the motions are. A score without its convention,
+    representation and number of frames is not comparable: print `signature` with it.
+
+    Parameters
+    ----------
+    gt : (N, T, D) or (T, D) array_like
+        Ground truth: N sequences of T >= 2 frames of D features (angles in radians, usually).
+    pred : array_like
+        Prediction, of the same shape as `gt`.
+    convention : {'paper', 'released', 'literal'} or Convention, optional
+        Which of the metric's meanings: what the paper's text defines (the default), what its released code computes
+        and published tables hold, its equations as printed, or choices of your own.
+    workers : int, optional
+        Threads to share the work, as scipy counts them: -1 for all CPUs. More than one pays from some ten thousand
+        features of sequences on; the score is the same, to the bit.
+
+    Returns
+    -------
+    float
+        At least 0; at most T / 2 (`'paper'`) or 2 (`'literal'`). Scores at different T are not comparable.
+
+    Raises
+    ------
+    TypeError
+        If `gt` or `pred` does not hold real numbers, the convention is neither a name nor a `Convention`, or `workers`
+        is no whole number.
+    ValueError
+        If the shapes are wrong or differ, a value is NaN or infinite (named with its index), there are fewer than two
+        frames, the ground truth has no power at all, no convention has that name, or `workers` is out of range.
+
+    See Also
+    --------
+    score_windows : the short, medium and long-term scores.
+    signature : the line to print beside the score.
+
+    Notes
+    -----
+    Computed in float64 whatever the input's precision. The mean is a quotient of two exact sums: the order of
+    sequences and features does not change one bit of it. Inputs may be memory maps; they are read once, in small
+    blocks.
+
+    References
+    ----------
+    A. Gopalakrishnan et al., "A Neural Temporal Model for Human Motion Prediction", CVPR 2019, section 3.5,
+    equations 7 to 9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import npss
+    >>> t = np.arange(100)[:, np.newaxis] / 25
+    >>> gt = np.cos(2 * np.pi * np.array([0.5, 1.0]) * t)
+    >>> npss.score(gt, gt)
+    0.0
+    >>> round(npss.score(gt, np.cos(2 * np.pi * 1.25 * t) * [1, 1]), 3)
+    2.0
+    """
+    truth, prediction = motion_pair(gt, pred)
+    return quotient(*weighted_sums(truth, prediction, as_convention(convention), workers=workers))
+
+
+def score_windows(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    fps: float,
+    edges_s: Sequence[float] = (0, 1, 2, 4),
+    convention: str | Convention = "paper",
+    workers: int = 1,
+) -> dict[str, float]:
+    """NPSS of consecutive time windows: how good a prediction is in the short, medium and long term.
+
+    Each window is scored alone: its spectrum is that of its own frames, without padding. Since windows
+    differ in length, their scores are comparable between models, not with each other.
+
+    Parameters
+    ----------
+    gt, pred : (N, T, D) or (T, D) array_like
+        As for `score`.
+    fps : float
+        Frames per second.
+    edges_s : sequence of float, optional
+        Where windows begin and end, in seconds from the first predicted frame; increasing.
+    convention : {'paper', 'released', 'literal'} or Convention, optional
+        As for `score`.
+    workers : int, optional
+        As for `score`.
+
+    Returns
+    -------
+    dict of str to float
+        The score of each window, under the name ``'0-1'`` for that from 0 to 1 s.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `score`; and where an edge is not on a frame, lies beyond the last one, or does not increase.
+
+    References
+    ----------
+    A. Gopalakrishnan et al., "A Neural Temporal Model for Human Motion Prediction", CVPR 2019, table 5.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import npss
+    >>> t = np.arange(100)[:, np.newaxis] / 25
+    >>> npss.score_windows(np.cos(6 * t), np.cos(6 * t), fps=25)
+    {'0-1': 0.0, '1-2': 0.0, '2-4': 0.0}
+    """
+    truth, prediction = motion_pair(gt, pred)
+    chosen = as_convention(convention)
+    n_frames = truth.shape[-2]
+    rate = positive_number("fps", fps)
+    edges = each("edges_s", edges_s)
+    if len(edges) < 2:
+        raise ValueError(f"edges_s: expected at least two edges, got {edges_s!r}")
+    frames = [whole_frames("edges_s", edge, rate, last=n_frames) for edge in edges]
+    check_finite("gt", truth)  # here, so that the index is that of the whole motion, not of a window
+    check_finite("pred", prediction)
+    scores: dict[str, float] = {}
+    for begin, end, start, stop in zip(edges, edges[1:], frames, frames[1:], strict=False):
+        name = f"{begin:g}-{end:g}"
+        if stop <= start:
+            raise ValueError(f"edges_s: {end:g} s does not come after {begin:g} s")
+        where = f" in the window {name} s"
+        sums = weighted_sums(
+            truth[..., start:stop, :], prediction[..., start:stop, :], chosen, workers=workers, where=where
+        )
+        scores[name] = quotient(*sums, where)
+    return scores
+
+
+def weighted_sums(
+    gt: Array,
+    pred: Array,
+    convention: Convention,
+    *,
+    workers: int = 1,
+    where: str = "",
+    progress: Callable[[float], None] = lambda share: None,
+) -> tuple[int, int]:
+    """Return the sums of weight times distance and of the weights, exact, in units of ``2**-UNIT``."""
+    threads = n_workers(workers)
+    if gt.shape[-2] < 2:
+        raise ValueError(f"gt: one frame{where}; a power spectrum needs at least two")
+    cut = blocks(gt)
+
+    def sums(block: Block) -> tuple[int, int]:
+        part = tile(gt, pred, convention, block)
+        return exact_sum(part.weight * part.distance, part.exponent), exact_sum(part.weight, part.exponent)
+
+    numerator = denominator = 0
+    with ExitStack() as stack:
+        parts: Iterable[tuple[int, int]] = map(sums, cut)
+        if threads > 1 and len(cut) > 1:
+            from concurrent.futures import ThreadPoolExecutor  # here, since few need it and its import takes a while
+
+            pool = ThreadPoolExecutor(min(threads, len(cut)))
+            stack.callback(pool.shutdown, cancel_futures=True)
+            parts = pool.map(sums, cut)
+        for done, (weighted, weight) in enumerate(parts, 1):
+            numerator += weighted
+            denominator += weight
+            progress(done / len(cut))
+    return numerator, denominator
+
+
+def n_workers(workers: object) -> int:
+    """Return how many threads `workers` stands for: -1 for all CPUs, -2 for all but one."""
+    if not is_integer(workers):
+        raise TypeError(f"workers: expected a whole number, got {workers!r}")
+    cpus = os.cpu_count() or 1
+    threads = int(workers) if workers >= 0 else cpus + 1 + int(workers)
+    if threads < 1:
+        raise ValueError(f"workers: expected a number from 1 on, or from -1 (all CPUs) to -{cpus}, got {workers}")
+    return threads
+
+
+def quotient(numerator: int, denominator: int, where: str = "") -> float:
+    """Return the weighted mean, correctly rounded, or raise the ValueError that there is none."""
+    if denominator == 0:
+        raise ValueError(f"gt: no power in any feature of any sequence{where}, so there is nothing to score")
+    return numerator / denominator

@@ -1,0 +1,257 @@
+"""Signatures: one line that states every choice behind a number, written, read back, and never guessed.
+
+``npss|version:1|convention:paper|representation:euler|frames:100|fps:25|unwrap:off``
+
+Fields are separated by ``|``, a field's name and value by ``:``. Numbers and truth values stand bare, and so does text
+that could not be taken for one of them; other text is quoted as JSON. The separators, and ``%``, inside a text are
+written as ``%7C``, ``%3A``, ``%2B`` and ``%25``, so that a signature always splits at its separators.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from npss._metric.convention import Convention, as_convention, convention_name
+from npss._metric.fields import FIELDS, FIRST, Value, check_names, check_value
+from npss.validation import each, is_integer, positive_integer
+
+#: Raised only when a change of the library changes a number. It says so in the changelog, too.
+METRIC_VERSION = 1
+
+_METRIC = r"[a-z_]+(\+[a-z_]+)*"
+_FIELD = r"[A-Za-z_][A-Za-z0-9_]*"
+_INTEGER = r"-?[0-9]+"
+_FLOAT = r"-?[0-9]+(\.[0-9]+)?(e[+-]?[0-9]+)?"
+_PLAIN = r"[^\s\"](.*[^\s\"])?"
+_ESCAPES = {"%": "%25", "|": "%7C", ":": "%3A", "+": "%2B"}
+
+
+def signature(
+    convention: str | Convention | Sequence[str | Convention] | None = "paper",
+    *,
+    metric: str = "npss",
+    version: int = METRIC_VERSION,
+    extra: Mapping[str, Value] | None = None,
+    **context: Value,
+) -> str:
+    """Write the line that states every choice behind a score.
+
+    A pure function: equal values give equal text, whatever the order of the keywords.
+
+    Parameters
+    ----------
+    convention : str, Convention, or a sequence of them; optional
+        The convention of the score; several where one record holds the scores of several; None for a
+        metric that has none (the Euler error).
+    metric : str, optional
+        The metric, or several joined by ``+``: ``'npss'``, ``'euler_error'``, ``'mse'``.
+    version : int, optional
+        The version of the metric: it changes only when numbers change.
+    extra : mapping of str to str, int, float or bool; optional
+        Fields of one's own, by names that neither a known field nor an argument has.
+    **context : str, int, float or bool
+        What else the number depends on, in the known fields: ``representation`` (``'euler'``), ``frames`` (T), ``fps``
+        (frames per second), ``window`` (``'0-1'``, in seconds), ``protocol`` (``'srnn-8'``), ``unwrap`` (``'off'``,
+        ``'target'``, ``'seed'``), and more that docs/signatures.md lists.
+
+    Returns
+    -------
+    str
+        The signature; `parse_signature` reads it back.
+
+    Raises
+    ------
+    TypeError
+        If a keyword is no known field: names the nearest. If `extra` has the name of a known field or an argument, or a
+        value is not of the kind that its field holds.
+    ValueError
+        If a value is none that its field may hold, is NaN or infinite, a convention or metric is not one, or a
+        convention is given for a metric that has none.
+
+    Examples
+    --------
+    >>> import npss
+    >>> npss.signature("released", fps=25, frames=100, representation="euler")
+    'npss|version:1|convention:released|representation:euler|frames:100|fps:25'
+    >>> npss.signature(npss.Convention(weight="uniform"), frames=100)
+    'npss|version:1|convention:power=magnitude,bins=two-sided,distance=cdf,weight=uniform,zero=dc|frames:100'
+    >>> npss.signature(frames=100, extra={"data": "v2"})
+    'npss|version:1|convention:paper|frames:100|data:v2'
+    """
+    own = check_names(signature, context, extra)
+    if not isinstance(metric, str):
+        raise TypeError(f"metric: expected text such as 'npss', got {metric!r}")
+    if not re.fullmatch(_METRIC, metric):
+        raise ValueError(f"metric: expected lower-case names joined by '+', got {metric!r}")
+    parts = [metric, f"version:{positive_integer('version', version)}"]
+    if convention is not None:
+        if "npss" not in metric.split("+"):
+            raise ValueError(f"convention: {metric} has none; pass None")
+        several = (
+            [convention] if isinstance(convention, str | Convention) else each("convention", convention, "conventions")
+        )
+        if not several:
+            raise ValueError("convention: expected at least one")
+        parts.append("convention:" + "+".join(_write_convention(one) for one in several))
+    for name in own:
+        if not re.fullmatch(_FIELD, name):
+            raise ValueError(f"extra: a signature's fields are named by ASCII letters, digits and '_', not {name!r}")
+    for name, value in context.items():
+        check_value(name, value)
+    stated = {**context, **own}
+    ordered = [name for name in FIRST if name in stated] + sorted(set(stated) - set(FIRST))
+    return "|".join([*parts, *(f"{name}:{_write(name, stated[name])}" for name in ordered)])
+
+
+def parse_signature(signature: str) -> dict[str, Any]:
+    """Read a signature back.
+
+    Parameters
+    ----------
+    signature : str
+        What `signature` wrote.
+
+    Returns
+    -------
+    dict
+        The arguments that write it again, ``npss.signature(**npss.parse_signature(s)) == s``: ``metric``, ``version``,
+        ``convention`` (a name where it has one, else a `Convention`; a tuple where there are several; None where
+        there is none), the known fields by name, and all others in ``extra``, if there are any.
+
+    Raises
+    ------
+    TypeError
+        If it is not text.
+    ValueError
+        If it is not a signature; the message quotes the part that is not.
+
+    Examples
+    --------
+    >>> import npss
+    >>> npss.parse_signature("npss|version:1|convention:released|frames:100")
+    {'metric': 'npss', 'version': 1, 'convention': 'released', 'frames': 100}
+    """
+    if not isinstance(signature, str):
+        raise TypeError(f"signature: expected text, got {signature!r}")
+    metric, *parts = signature.split("|")
+    if not re.fullmatch(_METRIC, metric) or not parts:
+        raise ValueError(f"signature: {signature!r} does not begin with a metric and its version")
+    values: dict[str, Any] = {"metric": metric}
+    extra: dict[str, Value] = {}
+    for part in parts:
+        name, colon, text = part.partition(":")
+        if not colon or not re.fullmatch(_FIELD, name) or name in (*values, *extra, "extra"):
+            raise ValueError(f"signature: {part!r} is not a new field 'name:value' in {signature!r}")
+        if name == "convention":
+            values[name] = _read_convention(text)
+        elif name == "version" or name in FIELDS:
+            values[name] = _read(name, text)
+        else:
+            extra[name] = _read(name, text)
+    if not is_integer(values.get("version")):
+        raise ValueError(f"signature: no whole number as version in {signature!r}")
+    for name in FIELDS.keys() & values.keys():
+        try:
+            check_value(name, values[name])
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"signature: {error} in {signature!r}") from error
+    values.setdefault("convention", None)
+    return values | ({"extra": extra} if extra else {})
+
+
+def stated_of(metric: str, values: dict[str, Any]) -> dict[str, Any]:
+    """Return what a parsed signature, perhaps of several metrics, states of one of them."""
+    if values["metric"] == metric:
+        return values
+    stated = {**values, "metric": metric}
+    if metric == "npss":
+        for name in ("columns", "average", "still"):  # of the Euler error
+            stated.pop(name, None)
+    else:
+        stated["convention"] = None
+        stated["unwrap"] = "off"  # which, in a record, is done for NPSS alone
+    return stated
+
+
+def stated_with(
+    call: Callable[..., Any], context: Mapping[str, Value], extra: Mapping[str, Value] | None, **known: Value
+) -> dict[str, Any]:
+    """Return what a signature states: what was passed to a function, and what it knows, which that may not contradict.
+
+    Raises
+    ------
+    TypeError
+        As `check_names`.
+    """
+    return {**known, **context, "extra": check_names(call, context, extra, known)}
+
+
+def _write(name: str, value: object) -> str:
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ValueError(f"{name}: {value} has no place in a signature")
+        # 25.0 and 25 are the same number and must not make two signatures.
+        return str(int(value)) if value.is_integer() else repr(value)
+    if not isinstance(value, str):
+        raise TypeError(f"{name}: expected text, a number or a truth value, got {value!r}")
+    bare = re.fullmatch(_PLAIN, value) and value.isprintable() and not _is_number_or_truth(value)
+    text = value if bare else json.dumps(value)
+    return "".join(_ESCAPES.get(letter, letter) for letter in text)
+
+
+def _read(name: str, text: str) -> Value:
+    if text in ("true", "false"):
+        return text == "true"
+    if re.fullmatch(_INTEGER, text):
+        return int(text)
+    if re.fullmatch(_FLOAT, text):
+        return float(text)
+    for letter, escape in reversed(_ESCAPES.items()):
+        text = text.replace(escape, letter)
+    if text.startswith('"'):
+        try:
+            value = json.loads(text)
+        except json.JSONDecodeError as error:
+            raise ValueError(f"signature: {name}: {text!r} is not quoted text ({error})") from error
+        return str(value)
+    return text
+
+
+def _is_number_or_truth(text: str) -> bool:
+    return text in ("true", "false") or bool(re.fullmatch(_FLOAT, text))  # which every integer is
+
+
+def _write_convention(convention: str | Convention) -> str:
+    chosen = as_convention(convention)
+    choices = ",".join(f"{field.name}={getattr(chosen, field.name)}" for field in fields(chosen))
+    return convention_name(chosen) or choices
+
+
+def _read_convention(text: str) -> str | Convention | tuple[str | Convention, ...]:
+    several = tuple(_read_one_convention(one) for one in text.split("+"))
+    return several[0] if len(several) == 1 else several
+
+
+def _read_one_convention(text: str) -> str | Convention:
+    if "=" not in text:
+        as_convention(text)
+        return text
+    pairs = [choice.partition("=") for choice in text.split(",")]
+    choices = {name: choice for name, _, choice in pairs}
+    if sorted(name for name, _, _ in pairs) != sorted(field.name for field in fields(Convention)):
+        raise ValueError(f"convention: {text!r} does not state each choice of a Convention once")
+    convention = Convention(**choices)  # type: ignore[arg-type]  # which checks them
+    return convention_name(convention) or convention

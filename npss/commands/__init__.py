@@ -1,0 +1,7 @@
+"""The command ``npss``, and what commands of other packages share with it."""
+
+from npss.commands._leaderboard import add_leaderboard_options, leaderboard_of, show_leaderboard
+from npss.commands._main import main
+from npss.commands._report import write_report
+
+__all__ = ["add_leaderboard_options", "leaderboard_of", "main", "show_leaderboard", "write_report"]

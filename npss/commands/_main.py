@@ -1,0 +1,22 @@
+"""The command ``npss``: score files, explain signatures, see the metric at work."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+import npss
+from npss.commands import _demo, _explain, _leaderboard, _report, _score, _study
+from npss.console import Parser, run
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit status: 0, or as `run` says."""
+    parser = Parser(
+        prog="npss", description="NPSS, the metric for long-term human motion prediction: one meaning per number."
+    )
+    parser.add_argument("--version", action="version", version=f"npss {npss.__version__}")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    for command in (_score, _leaderboard, _report, _study, _explain, _demo):
+        command.add_parser(commands)
+    return run(parser, _study.name_form(sys.argv[1:] if arguments is None else arguments))

@@ -1,0 +1,156 @@
+"""``npss report``: everything there is to see about some prediction files, on one page."""
+
+from __future__ import annotations
+
+import argparse
+import io
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from npss._analysis.diagnose import diagnose
+from npss._analysis.report import Report, report
+from npss._metric.euler_error import moving_pair
+from npss._metric.signature import parse_signature
+from npss._pages.report import Figure, report_page
+from npss.commands._leaderboard import (
+    add_groups,
+    add_leaderboard_options,
+    add_protocol,
+    context_of,
+    groups_of,
+    leaderboard_of,
+    show_leaderboard,
+)
+from npss.console._progress import Progress
+from npss.files._samples import Pair
+from npss.files._write import check_output, write_text_atomically
+from npss.protocol import FPS
+from npss.ranking._render import html_tables, tables
+from npss.ranking._submissions import TRUTH, Submissions, naming, read_submissions, records_of, sample_files
+from npss.rotations._poses import poses_to_euler
+from npss.skeleton import FEATURE_NAMES, H36M, poses_to_positions
+from npss.validation import Array
+
+if TYPE_CHECKING:
+    from npss.ranking._frame import Leaderboard
+
+_SHOWN = 8  # sequences of an action that move on the page: more would make it large
+_STRIP_MS = (160, 560, 1000, 2000, 4000)  # of figure 2 of the NPSS paper
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of ``npss``."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "report",
+        help="write a page that shows all about prediction files",
+        description="Write a page (HTML, one file) with the leaderboard, the diagnosis, pictures and moving skeletons. "
+        "Needs pandas and matplotlib (extras pandas and plot).",
+    )
+    parser.add_argument(
+        "paths", nargs="+", type=Path, metavar="PATH", help="a folder of .h5 or .npz samples, or such files"
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="write the page to this file")
+    add_protocol(parser)
+    add_groups(parser)
+    add_leaderboard_options(parser)
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Write the page, and print the leaderboard."""
+    check_output(options.output, sample_files(options.paths))
+    submissions = read_submissions(options.paths, max_size=options.max_size)
+    board = leaderboard_of(records_of(submissions, **context_of(options)), options, groups=groups_of(options))
+    write_report(options.output, submissions, board)
+    show_leaderboard(board, options)
+
+
+def write_report(path: Path, submissions: Submissions, board: Leaderboard) -> None:
+    """Write the page of some submissions and their leaderboard."""
+    actions = list(dict.fromkeys(action for pairs in submissions.values() for action in pairs))
+    parts = []
+    with Progress("drawing") as progress:
+        for done, action in enumerate(actions, 1):
+            of_action = {model: pairs[action] for model, pairs in submissions.items() if action in pairs}
+            parts.append(_Action(action, of_action, board))
+            progress(done / len(actions))
+    page = report_page(
+        title=f"{len(submissions)} models on {', '.join(actions)}",
+        boards=html_tables(board.standings, by=board.by),
+        notes=board.notes,
+        signatures=list(dict.fromkeys(one.result.signature for one in board.standings)),
+        figures=[figure for part in parts for figure in part.figures],
+        findings=[finding for part in parts for finding in part.findings],
+        clips={part.action: part.clips for part in parts},
+        fps=FPS,
+        skeleton=H36M,
+    )
+    write_text_atomically(path, page)
+
+
+class _Action:
+    """What the page shows of one action."""
+
+    def __init__(self, action: str, pairs: Mapping[str, Pair], board: Leaderboard) -> None:
+        self.action = action
+        truth = next(iter(pairs.values())).gt
+        self._gt = poses_to_euler(truth)
+        self._preds = {model: poses_to_euler(pair.pred) for model, pair in pairs.items()}
+        (table,) = (table for table in tables(board.standings, board.by) if table.action == action)
+        best = table.models[0][0]
+        self._best = best if best in pairs else next(iter(pairs))  # a method has no predictions; its runs have
+        scored = next(column for column in (table.by, *table.columns) if column.startswith("NPSS"))
+        shown = table.cells[best, False, scored].result
+        meaning = parse_signature(shown.signature)
+        self._groups = shown.groups
+        self._convention = meaning["convention"]
+        self._context = {name: meaning[name] for name in ("representation", "protocol", "unwrap") if name in meaning}
+        self.findings = [(f"{action}, {label}", lines) for label, lines in self._diagnose() if lines]
+        self.clips = {}
+        for label, poses in {TRUTH: truth, **{model: pair.pred for model, pair in pairs.items()}}.items():
+            with naming(label, action):
+                self.clips[label] = poses_to_positions(poses[:_SHOWN])
+        self.figures = list(self._draw())
+
+    def _diagnose(self) -> Iterator[tuple[str, list[str]]]:
+        """Yield what is to be said of the ground truth, once, and of each prediction."""
+        found = {model: diagnose(self._gt, pred) for model, pred in self._preds.items()}
+        truth = dict.fromkeys(str(one) for several in found.values() for one in several if one.argument == "gt")
+        yield TRUTH, list(truth)
+        for model, several in found.items():
+            yield model, [str(one) for one in several if one.argument == "pred"]
+
+    def _draw(self) -> Iterator[Figure]:
+        from npss import plot  # here, since matplotlib takes its time
+
+        if times := [time for time in _STRIP_MS if time * FPS <= 1000 * self._gt.shape[1]]:
+            first = {label: positions[0] for label, positions in self.clips.items()}
+            strip = plot.film_strip(first, fps=FPS, at_ms=times, skeleton=H36M)
+            yield self._figure("the first sequence", strip, "At the times of figure 2 of the NPSS paper.")
+        if not moving_pair(self._gt, self._gt)[2].all():  # of sequences that stand still, there is none
+            errors = plot.errors(self._gt, self._preds, fps=FPS, groups=self._groups, **self._context)
+            yield self._figure("Euler error over time", errors, "With pointwise bands over blocks.")
+        stated: dict[str, Any] = {"fps": FPS, "convention": self._convention, "feature_names": FEATURE_NAMES}
+        taken_apart = report(self._gt, self._preds[self._best], **stated, **self._context)
+        if taken_apart.score == 0:
+            return  # of which nothing has a share
+        shares = plot.contributions(taken_apart)
+        yield self._figure(f"where the score of {self._best} comes from", shares, "Shares of joints and sequences.")
+        sequence, feature = _largest(taken_apart)
+        stated |= {"sequence": sequence, "feature": feature, "names": (TRUTH, self._best)}
+        spectra = plot.spectra(self._gt, self._preds[self._best], **stated, **self._context)
+        caption = "Of the feature and sequence that cost most."
+        yield self._figure(f"the spectra behind it, {self._best}", spectra, caption)
+
+    def _figure(self, title: str, figure: Any, caption: str) -> Figure:
+        svg = io.StringIO()
+        figure.savefig(svg, format="svg", bbox_inches="tight")
+        return Figure(f"{self.action}: {title}", svg.getvalue(), caption)
+
+
+def _largest(taken_apart: Report) -> tuple[int, int]:
+    """Return the sequence and feature that contribute most."""
+    parts: Array = taken_apart.weight * taken_apart.emd
+    sequence, feature = divmod(int(parts.argmax()), parts.shape[1])
+    return sequence, feature

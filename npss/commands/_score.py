@@ -1,0 +1,170 @@
+"""``npss score``: the score of files, under every convention unless one is named."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from npss._analysis.diagnose import diagnose
+from npss._metric.convention import CONVENTIONS
+from npss._metric.euler_error import euler_error_curve
+from npss._metric.fields import Value
+from npss.console._tables import markdown_code, markdown_text, table
+from npss.files._samples import Pair, add_max_size, converted, read_pair, read_samples
+from npss.protocol import FPS, SLICES_MS
+from npss.records import Record, measure, signature_of
+from npss.rotations._unwrap import unwrap
+
+_DESCRIPTION = """\
+Score a prediction against its ground truth.
+
+  npss score GT PRED      two .npy files, (N, T, D) or (T, D); or two .npz files, whose arrays pair by name
+                          (--key chooses one; single values, texts and Python objects beside them are not read)
+  npss score SAMPLES      one .h5 or .npz file of expmap/gt/ACTION_i and expmap/preds/ACTION_i, each (T, 99):
+                          Human3.6M exponential maps at 25 frames per second; the Euler error is printed, too
+
+The files come first, then the options.
+Without --convention, the score is shown under each of paper, released and literal: they are different numbers.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of ``npss``."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "score",
+        help="score files of motion",
+        description=_DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="GT and PRED, or SAMPLES alone")
+    parser.add_argument("--convention", choices=tuple(CONVENTIONS), help="score by this convention alone")
+    parser.add_argument("--format", choices=("text", "json", "markdown"), default="text")
+    parser.add_argument(
+        "--expmap",
+        action="store_true",
+        help="convert GT and PRED, Human3.6M exponential maps (99 columns), to Euler angles first",
+    )
+    parser.add_argument("--key", metavar="NAME", help="score this array of .npz files alone (default: all of them)")
+    parser.add_argument("--representation", help="state in the signature what the arrays hold")
+    parser.add_argument("--protocol", help="state in the signature which test windows these are")
+    parser.add_argument("--fps", type=float, help="give the frames per second, which the signature states")
+    parser.add_argument(
+        "--windows", type=float, nargs="+", default=(), metavar="S", help="score windows with these edges in seconds"
+    )
+    parser.add_argument(
+        "--at-ms",
+        type=float,
+        nargs="+",
+        default=(),
+        metavar="MS",
+        help="print the Euler error at these times in milliseconds",
+    )
+    parser.add_argument(
+        "--unwrap",
+        choices=("off", "target"),
+        default="off",
+        help="remove jumps of 2 pi before scoring (not done by default)",
+    )
+    parser.add_argument(
+        "--workers", type=int, default=1, metavar="N", help="use this many threads; -1 for all CPUs (default: 1)"
+    )
+    add_max_size(parser)
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Print the scores."""
+    records = _records(options)
+    if options.format == "json":
+        print(json.dumps(records, indent=2))
+    else:
+        print("\n\n".join(_text(record, markdown=options.format == "markdown") for record in records))
+
+
+def _records(options: argparse.Namespace) -> list[Record]:
+    context: dict[str, Value] = {"protocol": options.protocol} if options.protocol else {}
+    if options.representation:
+        context["representation"] = options.representation
+    fps, samples = options.fps, len(options.files) == 1
+    if samples:
+        if options.key is not None:
+            raise ValueError(f"--key: it chooses an array of GT and PRED, and {options.files[0]} is a file of samples")
+        if options.expmap or options.representation or fps is not None:
+            raise ValueError(
+                f"{options.files[0]}: samples are Human3.6M exponential maps at {FPS} frames per second, which are "
+                f"converted to Euler angles: leave out --expmap, --representation and --fps"
+            )
+        pairs = read_samples(*options.files, max_size=options.max_size)
+        fps = FPS
+    elif len(options.files) == 2:
+        pairs = read_pair(*options.files, key=options.key, max_size=options.max_size)
+        if options.expmap:
+            if options.representation:
+                raise ValueError("--representation: with --expmap it is euler: leave it out")
+            pairs = [converted(pair) for pair in pairs]
+    else:
+        raise ValueError(f"expected GT and PRED, or SAMPLES alone, got {len(options.files)} files")
+    if samples or options.expmap:
+        context["representation"] = "euler"
+    advice = "; --key NAME scores one array alone" if len(pairs) > 1 and not samples else ""
+    return [_record(pair, options, fps, samples, context, advice) for pair in pairs]
+
+
+def _record(
+    pair: Pair, options: argparse.Namespace, fps: float | None, samples: bool, context: dict[str, Any], advice: str
+) -> Record:
+    n_frames = pair.gt.shape[-2] if pair.gt.ndim > 1 else 0
+    times = options.at_ms
+    if samples and not times:
+        times = [time for time in SLICES_MS if time * FPS <= n_frames * 1000]
+    try:
+        record = measure(
+            pair.gt,
+            pair.pred,
+            conventions=(options.convention,) if options.convention else tuple(CONVENTIONS),
+            fps=fps,
+            at_ms=times,
+            edges_s=options.windows,
+            unwrapped=options.unwrap,
+            workers=options.workers,
+            frames=n_frames,
+            **context,
+        )
+    except (TypeError, ValueError) as error:
+        raise type(error)((f"{pair.name}: {error}" if pair.name is not None else str(error)) + advice) from error
+    motions = (pair.gt, pair.pred) if options.unwrap == "off" else (unwrap(pair.gt), unwrap(pair.pred))
+    record["diagnosis"] = [str(finding) for finding in diagnose(*motions)]
+    if pair.stored_curve is not None and not record.get("still"):
+        curve = euler_error_curve(pair.gt, pair.pred)
+        record["stored_curve_difference"] = float(np.abs(curve - pair.stored_curve).max())
+    return record if pair.name is None else {"action": pair.name, **record}
+
+
+def _text(record: Record, *, markdown: bool) -> str:
+    rows = [["NPSS", name, f"{value:.4f}", record["signatures"][name]] for name, value in record["npss"].items()]
+    for name, windows in record.get("npss_windows", {}).items():
+        for window, value in windows.items():
+            which = signature_of(record, "npss", name, window=window)
+            rows.append([f"NPSS {window} s", name, f"{value:.4f}", which])
+    for time, value in record.get("euler_error", {}).items():
+        rows.append([f"Euler error {time} ms", "", f"{value:.3f}", record["signatures"]["euler_error"]])
+    if markdown:
+        rows = [[*row[:3], markdown_code(row[3]).replace("|", "\\|")] for row in rows]
+    lines = [table(["metric", "convention", "value", "signature"], rows, "llrl", markdown=markdown)]
+    if "action" in record:
+        lines.insert(0, f"### {markdown_text(record['action'])}\n" if markdown else record["action"])
+    if "still" in record:
+        still = ", ".join(map(str, record["still"]))
+        lines.append(f"\nWithout an Euler error, since nothing moves in their ground truth: sequence {still}.")
+    if "stored_curve_difference" in record:
+        difference = record["stored_curve_difference"]
+        verdict = "reproduced" if difference < 1e-6 else "NOT reproduced"
+        lines.append(f"\nThe file's own Euler error curve is {verdict}: largest difference {difference:.1e} rad.")
+    if record["diagnosis"]:
+        lines.append("\nDiagnosis:")
+        lines += [f"- {finding}" for finding in record["diagnosis"]]
+    return "\n".join(lines)

@@ -1,0 +1,100 @@
+"""What votes tell, as text for people."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from npss.console._tables import table
+from npss.ranking._names import one_line
+from npss.study._summary import LEVEL, MEANINGS
+
+
+def text(told: dict[str, Any]) -> str:
+    """Return what `npss.study._summary.summary` tells as tables, and what their numbers mean."""
+    parts = [_participants(told), _pairs(told["pairs"])]
+    if "metrics" in told:
+        parts += [_rankings(told["metrics"]), _agreements(told["metrics"])]
+    if told.get("comparisons"):
+        parts += [*map(_comparison, told["comparisons"]), _notes("binomial_test", "mcnemar_test")]
+    return "\n\n".join(parts)
+
+
+def _notes(*names: str) -> str:
+    return "\n".join(f"    {name}: {MEANINGS[name]}" for name in names)
+
+
+def _participants(told: dict[str, Any]) -> str:
+    rows, undefined = [], []
+    for name, votes in (*told["actions"].items(), ("all", told["overall"])):
+        kappa = votes["fleiss_kappa"]
+        if kappa is None:
+            undefined.append(one_line(f"fleiss_kappa of {name} is not defined: {votes['fleiss_kappa_undefined']}"))
+        numbers = [votes["questions"], votes["participants"], votes["votes"], *votes["majorities"].values()]
+        rows.append([one_line(name), *map(str, numbers), "-" if kappa is None else f"{kappa:.3f}"])
+    header = ["action", "questions", "participants", "votes", "majority A", "majority B", "tie", "fleiss_kappa"]
+    return "\n".join(
+        [table(header, rows, "lrrrrrrr"), _notes("majorities", "fleiss_kappa"), *(f"    {line}" for line in undefined)]
+    )
+
+
+def _pairs(pairs: list[dict[str, Any]]) -> str:
+    rows = [
+        [*map(one_line, pair["models"]), str(pair["questions"])]
+        + [str(number) for number in (*pair["votes"], pair["tied_votes"])]
+        + [str(number) for number in (*pair["majorities"], pair["tied_majorities"])]
+        for pair in pairs
+    ]
+    header = ["first", "second", "questions", "votes first", "second", "tie", "majorities first", "second", "tie"]
+    return table(header, rows, "llrrrrrrr")
+
+
+def _name(metric: str) -> str:
+    return "Euler error" if metric == "euler_error" else f"NPSS {metric}"
+
+
+def _rankings(metrics: dict[str, Any]) -> str:
+    rows = []
+    for action, ranking in next(iter(metrics.values()))["rankings"].items():
+        for model in (place["model"] for place in ranking):
+            rows.append([one_line(action), one_line(model)])
+            for ranked in metrics.values():
+                place = next(place for place in ranked["rankings"][action] if place["model"] == model)
+                rows[-1] += [f"{place['score']:.3f}", str(place["rank"])]
+    header = ["action", "model", *(cell for metric in metrics for cell in (_name(metric), "rank"))]
+    stated = {
+        f"    {_name(metric)}: {signature or 'signature not stated'}": None
+        for metric, ranked in metrics.items()
+        for signature in ranked["signatures"].values()
+    }
+    return "\n".join([table(header, rows, "ll" + "rr" * len(metrics)), _notes("score", "rank"), *stated])
+
+
+def _agreements(metrics: dict[str, Any]) -> str:
+    rows = []
+    for metric, agreed in metrics.items():
+        for action, found in (*agreed["actions"].items(), ("all", agreed["overall"])):
+            questions = found["agreed"] + found["disagreed"]
+            shares = [f"{share:.3f}" for share in (found["rate"], *found["interval"])] if questions else ["-"] * 3
+            ties = [str(found["tied_votes"]), str(found["tied_metric"])]
+            rows.append([_name(metric), one_line(action), f"{found['agreed']}/{questions}", *shares, *ties])
+    header = ["metric", "action", "agreed", "rate", "from", "to", "no majority", "metric tied"]
+    return "\n".join([table(header, rows, "llrrrrrr"), _notes("rate")])
+
+
+def _comparison(found: dict[str, Any]) -> str:
+    joint, mcnemar, independent = found["joint"], found["mcnemar_test"], found["binomial_test"]
+    a, b = _name(found["a"]), _name(found["b"])
+    lines = [f"{a} against {b}, alternative: {mcnemar['alternative']}"]
+    if independent:
+        low, high = independent["interval_difference"]
+        lines += [
+            f"  {independent['method']}: z = {independent['statistic']:.3f}, p = {independent['p_value']:.5g}",
+            f"  difference of the rates: {independent['difference']:.3f}, from {low:.3f} to {high:.3f} "
+            f"(Newcombe's interval of level {LEVEL:g})",
+        ]
+    lines += [
+        f"  {mcnemar['method']}: p = {mcnemar['p_value']:.5g}; right are both on {joint['both']} questions, "
+        f"{a} alone on {joint['only_a']}, {b} alone on {joint['only_b']}, neither on {joint['neither']}; "
+        f"{joint['tied']} with a tie left out",
+    ]
+    return "\n".join(lines)

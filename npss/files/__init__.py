@@ -1,0 +1,27 @@
+"""Files: what is read, and what is refused; what is written, whole or not at all."""
+
+from npss.files._arrays import MAX_SIZE
+from npss.files._doing import doing
+from npss.files._json import read_json
+from npss.files._samples import Pair
+from npss.files._text import read_text
+from npss.files._write import (
+    check_output,
+    write_atomically,
+    write_bytes_atomically,
+    write_figure_atomically,
+    write_text_atomically,
+)
+
+__all__ = [
+    "MAX_SIZE",
+    "Pair",
+    "check_output",
+    "doing",
+    "read_json",
+    "read_text",
+    "write_atomically",
+    "write_bytes_atomically",
+    "write_figure_atomically",
+    "write_text_atomically",
+]

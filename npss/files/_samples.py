@@ -1,0 +1,204 @@
+"""The files of motion that commands read: arrays and samples, never pickles."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections import defaultdict
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from npss.files._arrays import MAX_SIZE, Arrays, Header, naming_file, open_arrays, read_arrays, read_npy
+from npss.rotations._poses import POSE, poses_to_euler
+from npss.validation import Array, Float64, check_finite, check_real, is_real_dtype, positive_number, real_array
+
+_SAMPLE = re.compile(r"expmap/(gt|preds)/([^/]+)_([0-9]+)")
+
+
+class Pair(NamedTuple):
+    """Ground truth and prediction to be compared."""
+
+    name: str | None  # of the action or the array, where the file names it
+    gt: Array
+    pred: Array
+    stored_curve: Float64 | None = None  # the Euler error of every frame, as the file states it
+
+
+def read_pair(gt: Path, pred: Path, *, key: str | None = None, max_size: float = MAX_SIZE) -> list[Pair]:
+    """Read ground truth and prediction from two ``.npy`` or ``.npz`` files; arrays of a ``.npz`` pair by name.
+
+    Parameters
+    ----------
+    gt, pred : Path
+        The files.
+    key : str, optional
+        The one array of a ``.npz`` to read. By default all are, without single values, texts and Python objects.
+    max_size : float, optional
+        As of `read_poses`; a ``.npy`` may be larger.
+    """
+    if key is not None and ".npz" not in (gt.suffix, pred.suffix):
+        raise ValueError(f"--key: it chooses an array of a .npz file, and neither {gt} nor {pred} is one")
+    truths, predictions = (_read_motions(path, key, max_size) for path in (gt, pred))
+    if len(truths) == len(predictions) == 1:
+        (name, truth), (other, prediction) = *truths.items(), *predictions.items()
+        return [Pair(name or None if name == other else None, truth, prediction)]
+    if truths.keys() != predictions.keys():
+        only = sorted(name or "the unnamed array" for name in truths.keys() ^ predictions.keys())
+        raise ValueError(
+            f"{pred}: its arrays pair by name with those of {gt}; without a partner: {', '.join(only)}; "
+            f"--key NAME chooses one"
+        )
+    return [Pair(name, truths[name], predictions[name]) for name in truths]
+
+
+def read_samples(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
+    """Read a file of samples, as `read_poses` does, as Human3.6M Euler angles."""
+    pairs = read_poses(path, max_size=max_size)
+    with naming_file(path):
+        return [converted(pair) for pair in pairs]
+
+
+def converted(pair: Pair) -> Pair:
+    """Convert the exponential maps of a pair to Euler angles; errors name the array that is beyond conversion."""
+    try:
+        gt, pred = euler_of(pair)
+    except (TypeError, ValueError) as error:
+        if pair.name is None:
+            raise
+        raise ValueError(f"{pair.name}: {error}") from error
+    return pair._replace(gt=gt, pred=pred)
+
+
+def euler_of(pair: Pair) -> tuple[Float64, Float64]:
+    """Return ground truth and prediction as Euler angles; errors say which of the two is beyond conversion."""
+    angles = []
+    for name, poses in (("ground truth", pair.gt), ("prediction", pair.pred)):
+        try:
+            angles.append(poses_to_euler(poses))
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{name}: {error}") from error
+    gt, pred = angles
+    return gt, pred
+
+
+def read_poses(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
+    """Read a file of samples: ground truth and predictions, one pair an action, as Human3.6M exponential maps.
+
+    The layout, of ``.h5`` as of ``.npz``: ``expmap/gt/ACTION_i`` and ``expmap/preds/ACTION_i``, each (T, 99),
+    exponential maps at 25 frames per second; optionally ``mean_ACTION_error`` (T,). What else is there is not read.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    max_size : float, optional
+        How much memory its arrays may take, in GiB, 8 bytes a number.
+    """
+    with naming_file(path):
+        if path.suffix not in (".h5", ".hdf5", ".npz"):
+            raise ValueError("one file alone is expected to be .h5 or .npz samples; else give GT and PRED")
+        with open_arrays(path) as arrays:
+            actions = _actions(arrays)
+            curves = {action: name for action in actions if (name := f"mean_{action}_error") in arrays}
+            for action, name in curves.items():
+                header, n_frames = arrays.header(name), arrays.header(actions[action]["gt"][0]).shape[0]
+                check_real(name, header.dtype)
+                if header.shape != (n_frames,):
+                    raise ValueError(f"{name} has shape {header.shape}, expected {(n_frames,)}")
+            names = [name for kinds in actions.values() for several in kinds.values() for name in several]
+            values = read_arrays(arrays, [*names, *curves.values()], max_size)
+        finite = {name: _float64(name, array) for name, array in values.items()}
+    pairs = []
+    for action, kinds in actions.items():
+        gt, pred = (np.stack([finite[name] for name in kinds[kind]]) for kind in ("gt", "preds"))
+        pairs.append(Pair(action, gt, pred, finite.get(f"mean_{action}_error")))
+    return pairs
+
+
+def add_max_size(parser: argparse._ActionsContainer) -> None:
+    """Add the option of a command that reads samples or ``.npz`` files."""
+    parser.add_argument(
+        "--max-size",
+        type=_gibibytes,
+        default=MAX_SIZE,
+        metavar="GIB",
+        help=f"allow the arrays of one .h5 or .npz file this much memory, in GiB (default: {MAX_SIZE:g})",
+    )
+
+
+def _gibibytes(text: str) -> float:
+    try:
+        return positive_number("size", float(text))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"invalid: expected a positive, finite number of GiB, got {text!r}") from None
+
+
+def _actions(arrays: Arrays) -> dict[str, dict[str, list[str]]]:
+    """Return the names of samples by action and kind, in the order of their indices, after a look at all headers."""
+    found: dict[str, dict[str, dict[int, str]]] = defaultdict(lambda: {"gt": {}, "preds": {}})
+    for name in [*arrays.names("expmap/gt/"), *arrays.names("expmap/preds/")]:
+        if match := _SAMPLE.fullmatch(name):
+            kind, action, index = match.groups()
+            samples = found[action][kind]
+            if int(index) in samples:
+                raise ValueError(f"{name} is there twice, under indices written differently")
+            samples[int(index)] = name
+    if not found:
+        raise ValueError("no arrays expmap/gt/ACTION_i and expmap/preds/ACTION_i in it")
+    for action, kinds in found.items():
+        if alone := sorted(kinds["gt"].keys() ^ kinds["preds"].keys()):
+            raise ValueError(f"{action}_{alone[0]} is not in both expmap/gt and expmap/preds")
+        for samples in kinds.values():
+            shapes = {_sample_shape(name, arrays.header(name)) for name in samples.values()}
+            if len(shapes) > 1:
+                raise ValueError(f"the samples of {action} differ in shape: {sorted(shapes)}")
+    return {
+        action: {kind: [samples[index] for index in sorted(samples)] for kind, samples in kinds.items()}
+        for action, kinds in sorted(found.items())
+    }
+
+
+def _sample_shape(name: str, header: Header) -> tuple[int, ...]:
+    """Return the shape of one sequence of poses, after making sure that it is one."""
+    check_real(name, header.dtype)
+    if len(header.shape) != 2 or header.shape[1] != POSE or header.shape[0] == 0:
+        raise ValueError(f"{name}: expected shape (T, {POSE}), got {header.shape}")
+    return header.shape
+
+
+def _float64(name: str, values: Array) -> Float64:
+    array = real_array(name, values)
+    check_finite(name, array)
+    return array.astype(np.float64)
+
+
+def _read_motions(path: Path, key: str | None, max_size: float) -> dict[str, Array]:
+    """Read a ``.npy``, which has no name, or the arrays of a ``.npz`` that may be motion."""
+    with naming_file(path):
+        if path.suffix == ".npy":
+            return {"": read_npy(path)}
+        if path.suffix != ".npz":
+            raise ValueError("expected a .npy or .npz file")
+        with open_arrays(path) as arrays:
+            headers = {name: arrays.header(name) for name in arrays.names("")}
+            return read_arrays(arrays, _motions(headers, key), max_size)
+
+
+def _motions(headers: Mapping[str, Header], key: str | None) -> list[str]:
+    """Return the names of the arrays to be scored: the chosen one, or all but what stands beside motion."""
+    there_are = ", ".join(f"{name} {header.shape} of {header.dtype}" for name, header in headers.items()) or "none"
+    if key is not None and key not in headers:
+        raise ValueError(f"there is no array {key!r}; there are {there_are}")
+    beside = [name for name, header in headers.items() if not header.shape or header.dtype.kind in "OSUT"]
+    names = [name for name in headers if name not in beside] if key is None else [key]
+    if not names:
+        raise ValueError(f"no motion in it, an array (N, T, D) or (T, D) of numbers; arrays: {there_are}")
+    motions = [name for name in names if len(headers[name].shape) in (2, 3) and is_real_dtype(headers[name].dtype)]
+    if len(names) > 1 and len(motions) < len(names):
+        raise ValueError(f"not all of it is motion (N, T, D) or (T, D); --key NAME chooses one of {there_are}")
+    for name in names:
+        check_real(name, headers[name].dtype)
+    return names

@@ -1,0 +1,111 @@
+"""A generated gait in the layout of Human3.6M: motion to try things on where there is no data.
+
+Nobody's walk, nor fitted to one: the joints of a leg swing at the stride's frequency and its double, the two sides in
+antiphase, the arms against the legs. What makes it worth predicting is that tempo and vigour drift.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from npss.protocol import COLUMNS, FPS
+from npss.rotations._poses import POSE
+from npss.validation import Float64, positive_integer, positive_number
+
+_ROOT = 6  # columns 0-2: displacement of the root since the frame before, in mm; 3-5: its rotation
+# What swings most, by column: mean angle, amplitude at the stride's frequency and at its double (radians), and by how
+# much of a stride it lags. The other columns of COLUMNS only sway.
+_SWINGS = {
+    6: (0.15, 0.40, 0.05, 0.0),  # right hip
+    9: (-0.50, -0.40, 0.15, 0.75),  # right knee
+    12: (-0.15, 0.15, 0.05, 0.3),  # right foot
+    15: (0.60, 0.15, 0.10, 0.4),  # right toes
+    21: (0.15, 0.40, 0.05, 0.5),  # left hip
+    24: (-0.50, -0.40, 0.15, 0.25),  # left knee
+    27: (-0.15, 0.15, 0.05, 0.8),  # left foot
+    30: (0.60, 0.15, 0.10, 0.9),  # left toes
+    36: (0.05, 0.02, 0.04, 0.0),  # spine
+    39: (0.05, 0.02, 0.04, 0.0),  # chest
+    42: (-0.80, 0.01, 0.03, 0.1),  # neck
+    45: (1.00, 0.01, 0.03, 0.1),  # head
+    53: (2.10, 0.03, 0.03, 0.0),  # left shoulder
+    54: (0.00, 0.30, 0.05, 0.5),  # left arm, forwards
+    56: (0.80, 0.05, 0.03, 0.0),  # left arm, down
+    57: (-0.50, -0.25, 0.05, 0.5),  # left elbow
+    77: (-2.10, 0.03, 0.03, 0.5),  # right shoulder
+    78: (0.00, 0.30, 0.05, 0.0),  # right arm, forwards
+    80: (-0.80, 0.05, 0.03, 0.5),  # right arm, down
+    81: (-0.50, -0.25, 0.05, 0.0),  # right elbow
+}
+
+
+def gait(n: int, n_frames: int, *, fps: float = FPS, rng: np.random.Generator) -> Float64:
+    """Generate walks, each of another walker.
+
+    Parameters
+    ----------
+    n : int
+        Number of sequences.
+    n_frames : int
+        Frames of each.
+    fps : float, optional
+        Frames per second.
+    rng : Generator
+        Where the randomness comes from; with the same seed, the same walks.
+
+    Returns
+    -------
+    (n, n_frames, 99) ndarray of float64
+        Displacement of the root per frame in millimetres, then rotations as exponential maps in radians. The columns
+        that do not vary in Human3.6M, those not in `npss.protocol.COLUMNS`, are zero.
+
+    Raises
+    ------
+    TypeError
+        If a number is not one, or `rng` is not a `numpy.random.Generator`.
+    ValueError
+        If a number is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> walks = gait(2, 100, rng=np.random.default_rng(0))
+    >>> walks.shape
+    (2, 100, 99)
+    >>> tuple(np.flatnonzero(walks.any(axis=(0, 1)))) == COLUMNS
+    True
+    """
+    n, n_frames, rate = positive_integer("n", n), positive_integer("n_frames", n_frames), positive_number("fps", fps)
+    if not isinstance(rng, np.random.Generator):
+        raise TypeError(f"rng: expected a numpy.random.Generator, got {rng!r}")
+    time = np.arange(n_frames) / rate
+    cadence = rng.uniform(0.75, 1.05, (n, 1))  # strides per second
+    tempo = cadence * (1 + 0.1 * _drift(rng, n, time))
+    # The integral of the tempo, by trapezia: the same walk at every frame rate.
+    strides = rng.random((n, 1)) + (np.cumsum(tempo, axis=1) - (tempo + tempo[:, :1]) / 2) / rate
+    vigour = rng.uniform(0.8, 1.2, (n, 1)) * (1 + 0.15 * _drift(rng, n, time))  # (n, T)
+
+    walks = np.zeros((n, n_frames, POSE))
+    for column in COLUMNS:
+        if column in _SWINGS:
+            mean, first, second, lag = _SWINGS[column]
+        else:
+            mean, first, second, lag = 0.0, 0.03, 0.03, rng.random()
+        style = rng.normal(size=(4, n, 1))  # what tells one walker from another
+        angle = 2 * np.pi * (strides - lag - 0.02 * style[0])
+        swing = first * (1 + 0.2 * style[1]) * np.sin(angle) + second * (1 + 0.2 * style[2]) * np.cos(2 * angle)
+        walks[..., column] = mean + 0.1 * style[3] + vigour * swing + 0.015 * _drift(rng, n, time)
+
+    walks[..., 3:_ROOT] *= 0.3  # the trunk is steadier than the limbs
+    walks[..., :3] *= 50  # sway and bounce ...
+    walks[..., 2] += 1300 * vigour * tempo / rate  # ... and onwards, a stride being 1.3 m
+    return walks
+
+
+def _drift(rng: np.random.Generator, n: int, time: Float64) -> Float64:
+    """Return slow noise of unit variance, ``(n, T)``: three sines, too slow to be told from what has been seen."""
+    frequency = rng.uniform(0.05, 0.5, (n, 1, 3))
+    phase = rng.random((n, 1, 3))
+    waves = np.sin(2 * np.pi * (frequency * time[:, np.newaxis] + phase))  # (n, T, 3)
+    noise: Float64 = np.sqrt(2 / 3) * waves.sum(axis=-1)
+    return noise

@@ -1,0 +1,90 @@
+"""What the pictures share: colours that everybody can tell apart, the figure, and the footnote."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
+
+from npss.ranking._names import one_line
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Given = ParamSpec("Given")
+Drawn = TypeVar("Drawn")
+
+#: Colours of M. Okabe and K. Ito, "Color Universal Design", 2008, but black and yellow.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+#: For black-and-white print; with the colours, twelve lines that differ.
+DASHES = ("-", "--", ":", "-.")
+#: The ground truth.
+TRUTH = "#000000"
+GREY = "#767676"
+SMALL = 8  # points
+TINY = 7
+_LONGEST = 40  # letters of a name; a longer one would push the axes off the figure
+_LETTER = 0.56  # width of one, on average, in units of the size of the font
+
+
+def by_defaults(draw: Callable[Given, Drawn]) -> Callable[Given, Drawn]:
+    """Let a function draw by matplotlib's own settings: a user's ``text.usetex`` would take names for TeX.
+
+    It raises the ImportError that says how to install matplotlib.
+    """
+
+    @wraps(draw)
+    def drawn(*args: Given.args, **options: Given.kwargs) -> Drawn:
+        from npss.plot._figure import defaults
+
+        with defaults():
+            return draw(*args, **options)
+
+    return drawn
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure, in inches, that no global state knows of, nor does it know of any."""
+    from npss.plot._figure import Picture
+
+    return Picture(figsize=(width, height), dpi=150, layout="constrained")
+
+
+def label(name: str) -> str:
+    """Return a name as matplotlib prints it as it is: not as a formula, and not hidden for its first letter.
+
+    A long one is cut in the middle, since names mostly differ at their ends.
+    """
+    short = one_line(name)
+    if len(short) > _LONGEST:
+        short = f"{short[: _LONGEST // 2]}…{short[1 - _LONGEST // 2 :]}"
+    escaped = short.replace("$", r"\$")
+    return f"\N{ZERO WIDTH SPACE}{escaped}" if escaped.startswith("_") else escaped
+
+
+def footnote(figure: Figure, *lines: str) -> None:
+    """Write below the axes what their numbers are, in as many lines as it takes."""
+    n_letters = int(figure.get_figwidth() * 72 / (_LETTER * TINY))
+    text = "\n".join(_broken(line, n_letters) for line in lines).replace("$", r"\$")
+    figure.supxlabel(text, x=0.01, ha="left", fontsize=TINY, color=GREY)
+
+
+def _broken(line: str, n_letters: int) -> str:
+    """Break a line after spaces, commas and a signature's bars."""
+    lines = [""]
+    for part in re.findall(r"[^ ,|]*[ ,|]?", line):
+        if len(lines[-1]) + len(part) > n_letters:
+            lines.append("    ")
+        lines[-1] += part
+    return "\n".join(lines)
+
+
+def tidy(axes: Axes, *, grid: str = "both") -> None:
+    """Leave the lines that help to read values, and no others."""
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(labelsize=SMALL)
+    if grid != "none":
+        axes.grid(axis=grid, color="#DDDDDD", linewidth=0.6)  # type: ignore[arg-type]
+        axes.set_axisbelow(True)

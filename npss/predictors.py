@@ -1,0 +1,139 @@
+"""Predictors that need no training: what every model has to beat."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+
+from npss.rotations._forms import result_dtype
+from npss.validation import Array, check_finite, positive_integer, real_array
+
+__all__ = ["PREDICTORS", "Predictor", "repeat", "running_average", "zero_velocity"]
+
+#: ``predictor(seed, n_target)``: poses ``(N, S, D)`` and how many to predict, to poses ``(N, n_target, D)``.
+Predictor = Callable[[npt.ArrayLike, int], Array]
+
+
+def zero_velocity(seed: npt.ArrayLike, n_target: int) -> Array:
+    """Hold the last seed frame.
+
+    Parameters
+    ----------
+    seed : (N, S, D) array_like
+        The frames that the predictor sees, in any representation.
+    n_target : int
+        Frames to predict.
+
+    Returns
+    -------
+    (N, n_target, D) ndarray
+        float32 for float32, float64 for all else.
+
+    Raises
+    ------
+    TypeError
+        If `seed` does not hold real numbers, or `n_target` is not an integer.
+    ValueError
+        If the shape of `seed` is not ``(N, S, D)``, a value is NaN or infinite, or `n_target` is not positive.
+
+    References
+    ----------
+    J. Martinez et al., "On Human Motion Prediction Using Recurrent Neural Networks", CVPR 2017.
+
+    Examples
+    --------
+    >>> zero_velocity([[[1.0], [2.0]]], 3).tolist()
+    [[[2.0], [2.0], [2.0]]]
+    """
+    return running_average(seed, n_target, frames=1)
+
+
+def running_average(seed: npt.ArrayLike, n_target: int, *, frames: int) -> Array:
+    """Hold the mean of the last seed frames.
+
+    Parameters
+    ----------
+    seed : (N, S, D) array_like
+        The frames that the predictor sees, in a representation that may be averaged.
+    n_target : int
+        Frames to predict.
+    frames : int
+        How many of the seed frames are averaged; the source uses 2 and 4.
+
+    Returns
+    -------
+    (N, n_target, D) ndarray
+        float32 for float32, float64 for all else.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `zero_velocity`; or if the seed has fewer frames.
+
+    References
+    ----------
+    J. Martinez et al., "On Human Motion Prediction Using Recurrent Neural Networks", CVPR 2017.
+
+    Examples
+    --------
+    >>> running_average([[[1.0], [2.0]]], 3, frames=2).tolist()
+    [[[1.5], [1.5], [1.5]]]
+    """
+    last = _last(seed, frames)
+    mean = last.mean(axis=1, dtype=np.float64, keepdims=True).astype(last.dtype)
+    return np.repeat(mean, positive_integer("n_target", n_target), axis=1)
+
+
+def repeat(seed: npt.ArrayLike, n_target: int, *, frames: int = 50) -> Array:
+    """Play the last seed frames again, and again.
+
+    Parameters
+    ----------
+    seed : (N, S, D) array_like
+        The frames that the predictor sees, in any representation.
+    n_target : int
+        Frames to predict.
+    frames : int, optional
+        How many of the seed frames are repeated.
+
+    Returns
+    -------
+    (N, n_target, D) ndarray
+        float32 for float32, float64 for all else.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `zero_velocity`; or if the seed has fewer frames.
+
+    Examples
+    --------
+    >>> repeat([[[1.0], [2.0], [3.0]]], 5, frames=2).tolist()
+    [[[2.0], [3.0], [2.0], [3.0], [2.0]]]
+    """
+    last = _last(seed, frames)
+    return last[:, np.arange(positive_integer("n_target", n_target)) % last.shape[1]]
+
+
+def _last(seed: npt.ArrayLike, frames: int) -> Array:
+    """Read the last seed frames."""
+    frames = positive_integer("frames", frames)
+    array = real_array("seed", seed)
+    if array.ndim != 3 or array.size == 0:
+        raise ValueError(f"seed: expected shape (N, S, D) = (sequences, frames, features), got {array.shape}")
+    if array.shape[1] < frames:
+        raise ValueError(f"seed: {array.shape[1]} frames, but the predictor uses the last {frames}")
+    check_finite("seed", array)
+    return array[:, -frames:].astype(result_dtype(array))
+
+
+#: The predictors by the names that the command line and records call them.
+PREDICTORS: dict[str, Predictor] = {
+    "zero-velocity": zero_velocity,
+    "running-average-2": partial(running_average, frames=2),
+    "running-average-4": partial(running_average, frames=4),
+    "repeat-50": partial(repeat, frames=50),
+}

@@ -1,0 +1,247 @@
+"""A leaderboard as text, Markdown, LaTeX or HTML: a table for each action, models by rank, notes below."""
+
+from __future__ import annotations
+
+import html
+import math
+import re
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from npss._analysis.sign_flip import MIN_BLOCKS_OF_TEST
+from npss.console._tables import markdown_code, markdown_text, table
+from npss.ranking._results import EULER
+from npss.ranking._standings import MARK, Standing
+
+#: How to cite the metric.
+CITE = (
+    "Cite A. Gopalakrishnan et al., A Neural Temporal Model for Human Motion Prediction, CVPR 2019, "
+    "and print the signature."
+)
+_LATEX = {
+    **{letter: f"\\{letter}" for letter in "&%$#_{}"},
+    **{
+        "<": r"\textless{}",
+        ">": r"\textgreater{}",
+        "~": r"\textasciitilde{}",
+        "^": r"\textasciicircum{}",
+        "\\": r"\textbackslash{}",
+        "|": r"\textbar{}",
+        "`": r"\textasciigrave{}",
+        "†": r"\dag{}",
+    },
+}
+
+
+#: Standings by model, whether published, and column.
+Cells = dict[tuple[str, bool, str], Standing]
+
+
+class Table(NamedTuple):
+    """The part of a leaderboard that is of one action."""
+
+    action: str
+    columns: list[str]
+    by: str  # the column by which models are ranked and sorted
+    models: list[tuple[str, bool]]  # best first, then the published ones; with whether published
+    cells: Cells
+    signatures: list[str]
+
+    def only(self, *, euler: bool) -> Table:
+        """Return the columns of the Euler error, or the others, and the models that have some of them."""
+        columns = [column for column in self.columns if column.startswith(EULER) == euler]
+        models = [model for model in self.models if any((*model, column) in self.cells for column in columns)]
+        return self._replace(columns=columns, models=models)
+
+    def rank(self, model: str, published: bool) -> str:
+        """Return the rank as text; nothing for a model that has none."""
+        cell = self.cells.get((model, published, self.by))
+        return "" if cell is None or cell.rank is None else str(cell.rank)
+
+    def row(self, model: str, published: bool, cell: Callable[[Standing], str]) -> list[str]:
+        """Return the model's cells, written by a function; missing ones are empty."""
+        found = (self.cells.get((model, published, column)) for column in self.columns)
+        return ["" if standing is None else cell(standing) for standing in found]
+
+
+def tables(standings: Sequence[Standing], by: str | None = None) -> list[Table]:
+    """Sort standings into tables, one for each action, by a column (the first one where the action has not that)."""
+    found = []
+    for action in dict.fromkeys(standing.result.action for standing in standings):
+        of_action = [standing for standing in standings if standing.result.action == action]
+        columns = list(dict.fromkeys(standing.result.column for standing in of_action))
+        chosen = by if by in columns else columns[0]
+        cells = {(s.result.model, bool(s.result.source), s.result.column): s for s in of_action}
+
+        def place(model: tuple[str, bool], cells: Cells = cells, by: str = chosen) -> tuple[bool, bool, float]:
+            cell = cells.get((*model, by))
+            return model[1], cell is None, math.inf if cell is None else cell.result.value
+
+        models = sorted(dict.fromkeys(key[:2] for key in cells), key=place)
+        signatures = list(dict.fromkeys(standing.result.signature for standing in of_action))
+        found.append(Table(action, columns, chosen, models, cells, signatures))
+    return found
+
+
+def to_text(
+    standings: Sequence[Standing],
+    notes: Sequence[str],
+    *,
+    by: str | None = None,
+    digits: int = 3,
+    markdown: bool = False,
+) -> str:
+    """Write the tables for a terminal (the best of a column marked ``*``) or in Markdown (in bold)."""
+    escaped = markdown_text if markdown else str
+
+    def cell(standing: Standing) -> str:
+        value = _value(standing, digits)
+        if standing.best:
+            value = f"**{value}**" if markdown else f"{value}*"
+        value += MARK if standing.worse else "" if markdown else " " * (not standing.best)
+        # Those of the Euler error would make a table too wide to be read as text.
+        ends = "" if standing.result.column.startswith(EULER) else _ends(standing, digits)
+        return value + (f" ({ends})" if ends else "")
+
+    parts = []
+    for one in tables(standings, by):
+        rows = [[one.rank(*model), escaped(_name(*model)), *one.row(*model, cell)] for model in one.models]
+        heading = escaped(f"{one.action or 'all'} (ranked by {one.by})")
+        parts.append(f"### {heading}" if markdown else heading)
+        columns = [escaped(_short(column)) for column in one.columns]
+        align = "rl" + "r" * len(columns)
+        parts.append(table(["rank", "model", *columns], rows, align, markdown=markdown))
+        parts.append("\n".join(f"{markdown_code(s)}  " if markdown else f"    {s}" for s in one.signatures))
+    lines = [*notes, "Intervals of the Euler error: in HTML and CSV.", CITE] if _hidden(standings) else [*notes, CITE]
+    parts.append("\n".join(f"- {escaped(line)}" if markdown else line for line in lines))
+    return "\n\n".join(parts)
+
+
+def to_latex(standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int = 3) -> str:
+    """Write the tables as LaTeX, for the package booktabs: the best of a column in bold, intervals below."""
+
+    def cell(standing: Standing) -> str:
+        value = _value(standing, digits)
+        value = f"\\textbf{{{value}}}" if standing.best else value
+        return value + (r"\textsuperscript{\dag}" if standing.worse else "")
+
+    def below(standing: Standing) -> str:
+        ends = _latex(_ends(standing, digits))
+        return f"{{\\tiny {ends}}}" if ends else ""
+
+    parts = ["% needs \\usepackage{booktabs}"]
+    for one in tables(standings, by):
+        lines = [
+            r"\begin{table}",
+            r"\centering\footnotesize\setlength{\tabcolsep}{2pt}",
+            f"\\caption{{{_latex(one.action or 'All')}, ranked by {_latex(one.by)}: lower is better, best in bold, "
+            f"{_latex(MARK)} worse than the best by more than chance}}",
+        ]
+        # NPSS and the Euler error one below the other, as papers print them: side by side they are wider than a page.
+        for group in (one.only(euler=False), one.only(euler=True)):
+            if group.columns:
+                lines += _tabular(group, cell, below)
+        lines.append(r"\scriptsize\raggedright")
+        lines += [f"\\texttt{{{_latex(signature, breaks=True)}}}\\par" for signature in one.signatures]
+        italic = ["In italics: published."] if any(published for _, published in one.models) else []
+        lines += [*(_latex(line) for line in (*notes, *italic, CITE)), r"\end{table}"]
+        parts.append("\n".join(lines))
+    return "\n\n".join(parts)
+
+
+def _tabular(one: Table, cell: Callable[[Standing], str], below: Callable[[Standing], str]) -> list[str]:
+    """Return the lines of a table in LaTeX, each model's cells and what stands below them."""
+    lines = [
+        f"\\begin{{tabular}}{{rl{'r' * len(one.columns)}}}",
+        r"\toprule",
+        " & ".join(["rank", "model", *(_latex(_short(column)) for column in one.columns)]) + r" \\",
+        r"\midrule",
+    ]
+    for place, (model, published) in enumerate(one.models):
+        if published and place and not one.models[place - 1][1]:
+            lines.append(r"\midrule")
+        name = f"\\textit{{{_latex(model)}}}" if published else _latex(model)
+        lines.append(" & ".join([one.rank(model, published), name, *one.row(model, published, cell)]) + r" \\")
+        if any(ends := one.row(model, published, below)):
+            lines.append(" & ".join(["", "", *ends]) + r" \\")
+    return [*lines, r"\bottomrule", r"\end{tabular}", r"\par\medskip"]
+
+
+def to_html(standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int = 3) -> str:
+    """Write the tables as a fragment of HTML, with the signatures and notes below."""
+    signatures = dict.fromkeys(standing.result.signature for standing in standings)
+    items = "".join(f"<li><code>{html.escape(signature)}</code></li>" for signature in signatures)
+    lines = "".join(f"<li>{html.escape(line)}</li>" for line in [*notes, CITE])
+    below = f'<ul class="signatures">{items}</ul>\n<ul class="notes">{lines}</ul>'
+    return "\n".join([*html_tables(standings, by=by, digits=digits), below])
+
+
+def html_tables(standings: Sequence[Standing], *, by: str | None = None, digits: int = 3) -> list[str]:
+    """Write each table as HTML, every interval below its number."""
+
+    def cell(standing: Standing) -> str:
+        value = _value(standing, digits)
+        value = f"<strong>{value}</strong>" if standing.best else value
+        mark = f'<sup class="mark">{MARK}</sup>' if standing.worse else ""
+        interval = _ends(standing, digits)
+        return f"<td>{value}{mark}" + (f"<br><small>{interval}</small>" if interval else "") + "</td>"
+
+    parts = []
+    for one in tables(standings, by):
+        heading = "".join(f'<th scope="col">{html.escape(_short(column))}</th>' for column in one.columns)
+        rows = []
+        for model in one.models:
+            cells = "".join(text or "<td></td>" for text in one.row(*model, cell))
+            style = ' class="published"' if model[1] else ""
+            name = html.escape(_name(*model))
+            rows.append(f'<tr{style}><th scope="row">{name}</th><td>{one.rank(*model)}</td>{cells}</tr>')
+        caption = html.escape(f"{one.action or 'All'}, ranked by {one.by}")
+        parts.append(
+            f'<table class="board"><caption>{caption}</caption>'
+            f'<thead><tr><th scope="col">model</th><th scope="col">rank</th>{heading}</tr></thead>'
+            f"<tbody>{''.join(rows)}</tbody></table>"
+        )
+    return parts
+
+
+def _name(model: str, published: bool) -> str:
+    return f"{model} (published)" if published else model
+
+
+def _short(column: str) -> str:
+    """Shorten a column's name to what a table's heading has room for; its notes say the rest."""
+    return column.removeprefix(f"{EULER} ")
+
+
+def _ends(standing: Standing, digits: int) -> str:
+    """Return what stands beside a value: the ends of its interval or range, and what is known besides."""
+    if standing.low is None or standing.high is None:
+        return ""
+    high = "∞" if math.isinf(standing.high) else f"{standing.high:.{digits}f}"
+    text = f"{'range ' * standing.is_range}{standing.low:.{digits}f}–{high}"
+    if standing.in_blocks is not None:
+        text = f"{standing.in_blocks:.{digits}f}: {text}"
+    if standing.behind is not None and standing.behind[1] < MIN_BLOCKS_OF_TEST:
+        text += f", {standing.behind[0]}/{standing.behind[1]}"
+    if seeds := standing.result.seeds:
+        text += f", seeds {min(seeds):.{digits}f}–{max(seeds):.{digits}f}"
+    return text
+
+
+def _value(standing: Standing, digits: int) -> str:
+    """Return a value rounded; a published one with no more digits than were published, which are two at least."""
+    if standing.result.source:
+        digits = min(digits, max(2, len(str(standing.result.value).partition(".")[2])))
+    return f"{standing.result.value:.{digits}f}"
+
+
+def _hidden(standings: Sequence[Standing]) -> bool:
+    """Say whether there are intervals of the Euler error, which text leaves out."""
+    return any(one.low is not None and one.result.column.startswith(EULER) for one in standings)
+
+
+def _latex(text: str, *, breaks: bool = False) -> str:
+    """Escape text; `breaks` is for typewriter type, and lets lines be broken after each ``|``."""
+    escaped = "".join(_LATEX.get(letter, letter) for letter in text)
+    escaped = re.sub("-(?=-)", "-{}", escaped).replace("–", "--").replace("∞", r"$\infty$")
+    return escaped.replace(_LATEX["|"], r"|\allowbreak{}") if breaks else escaped

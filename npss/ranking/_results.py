@@ -1,0 +1,190 @@
+"""Numbers of models, read from records and reports: what leaderboards rank. Nothing is taken on trust."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from npss._analysis.blocks import Blocks, Groups, read_groups, statistics_version
+from npss._analysis.fingerprint import PROJECTIONS
+from npss._analysis.report import Report
+from npss._metric.convention import as_convention
+from npss._metric.signature import parse_signature
+from npss.ranking._names import model_name, one_line
+from npss.records import Record, signature_of
+from npss.validation import Float64, is_real
+
+#: What the columns of the Euler error begin with.
+EULER = "Euler error"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """One number of one model: a row of a tidy leaderboard."""
+
+    model: str
+    action: str
+    column: str  # such as "NPSS paper" or "Euler error 80 ms"
+    value: float
+    signature: str
+    numerator: Float64 | None = None  # (N,); what each sequence adds to the weighted mean that the value is
+    weight: Float64 | None = None  # (N,)
+    fingerprint: Float64 | None = None  # (N, 9), of the ground truth; (N,) of statistics version 1
+    groups: Groups = None  # the blocks of the sequences; None: each is assumed to be its own
+    source: str = ""  # where a published number is from; empty for one's own
+    seeds: tuple[float, ...] = ()  # of a method: the number of each trained run, of which the value is the mean
+
+    @property
+    def blocks(self) -> Blocks | None:
+        """The blocks of the sequences, where they are known."""
+        return None if self.weight is None else Blocks(self.groups, self.weight)
+
+    @property
+    def label(self) -> str:
+        """What tables call the model."""
+        return f"{self.model} (published)" if self.source else self.model
+
+
+def results_of_record(record: Record) -> list[Result]:
+    """Read the numbers of a record, as `npss.records.measure` returns it, with ``model`` and ``action``.
+
+    Raises
+    ------
+    ValueError
+        If a field is missing or not what it should be, a number is negative or not finite, or the single sequences
+        do not have the score as their weighted mean: names the model, the action and the field.
+    """
+    for field in ("model", "action", "signature"):
+        if not isinstance(record.get(field), str):
+            raise ValueError(f"records: expected a text {field!r} in each, got {record.get(field)!r:.100}")
+    try:
+        return list(_results(record))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"records: {record['model']!r} on {record['action']!r}: {error}") from error
+
+
+def _results(record: Record) -> Iterator[Result]:
+    source = record.get("source", "")
+    if not isinstance(source, str):
+        raise ValueError(f"source: expected text, got {source!r:.100}")
+    model, action = model_name(record["model"]), one_line(record["action"])
+    named: dict[str, Any] = {"model": model, "action": action, "source": source}
+    parse_signature(record["signature"])
+    alone = _object("sequences", record.get("sequences", {}))
+    statistics_version(alone)
+    scores, weights = (_object(f"sequences: {name}", alone.get(name, {})) for name in ("npss", "weight"))
+    errors = _object("sequences: euler_error", alone.get("euler_error", {}))
+    fingerprint = _fingerprint(alone["fingerprint"], statistics_version(alone)) if "fingerprint" in alone else None
+
+    def result(
+        field: str, column: str, value: object, which: str, score: object = None, weight: object = None
+    ) -> Result:
+        number = _number(field, value)
+        parts: dict[str, Any] = {} if score is None else _parts(field, number, score, weight, fingerprint)
+        if parts:
+            parts["groups"] = read_groups("sequences: groups", alone.get("groups"), len(parts["weight"]))
+            Blocks(parts["groups"], parts["weight"])  # of which one has power
+        return Result(**named, **parts, column=column, value=number, signature=which)
+
+    for name, value in _object("npss", record.get("npss", {})).items():
+        as_convention(name)
+        which = signature_of(record, "npss", name)
+        yield result(f"npss: {name}", f"NPSS {name}", value, which, scores.get(name), weights.get(name))
+    for name, windows in _object("npss_windows", record.get("npss_windows", {})).items():
+        as_convention(name)
+        for window, value in _object(f"npss_windows: {name}", windows).items():
+            which = signature_of(record, "npss", name, window=window)
+            yield result(f"npss_windows: {name}: {window}", f"NPSS {name} {window} s", value, which)
+    for time, value in _object("euler_error", record.get("euler_error", {})).items():
+        error, weight = errors.get(time), None
+        which = signature_of(record, "euler_error")
+        if isinstance(error, list):  # in which a sequence that stands still is null, and does not count
+            weight = [float(one is not None) for one in error]
+            error = [0.0 if one is None else one for one in error]
+        yield result(f"euler_error: {time}", f"{EULER} {time} ms", value, which, error, weight)
+    distances, signatures = (_object("sequences: metrics", alone.get("metrics", {})), record.get("signatures", {}))
+    for name, value in _object("metrics", record.get("metrics", {})).items():
+        if not name or name != one_line(name) or name.startswith(("NPSS", EULER)):
+            raise ValueError(f"metrics: {name!r} is no name for another metric")
+        stated = _object("signatures", signatures).get(name)
+        if not isinstance(stated, str):
+            raise ValueError(f"signatures: expected that of {name!r}, got {stated!r:.100}")
+        parse_signature(stated)
+        distance = distances.get(name)
+        weight = None if distance is None else [1.0] * len(_list(f"sequences: metrics: {name}", distance))
+        yield result(f"metrics: {name}", name, value, stated, distance, weight)
+
+
+def result_of_report(model: str, action: str, report: Report) -> Result:
+    """Read the score of a report."""
+    convention = parse_signature(report.signature)["convention"]
+    name = convention if isinstance(convention, str) else report.signature.split("convention:")[1].split("|")[0]
+    return Result(
+        model=model_name(model),
+        action=one_line(action),
+        column=f"NPSS {name}",
+        value=report.score,
+        signature=report.signature,
+        numerator=(report.weight * report.emd).sum(axis=1),
+        weight=report.weight.sum(axis=1),
+        fingerprint=report.fingerprint,
+        groups=report.groups,
+    )
+
+
+def _object(field: str, value: object) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping) or not all(isinstance(name, str) for name in value):
+        raise ValueError(f"{field}: expected an object, got {value!r:.100}")
+    return value
+
+
+def _number(field: str, value: object, *, least: float = 0) -> float:
+    try:
+        number = float(value) if is_real(value) else math.nan
+    except OverflowError:
+        number = math.inf
+    if not (math.isfinite(number) and number >= least):
+        what = "a finite number" if least < 0 else "a finite number that is not negative"
+        raise ValueError(f"{field}: expected {what}, got {value!r:.100}")
+    return number
+
+
+def _fingerprint(value: object, version: int) -> Float64:
+    """Read the fingerprint of a ground truth: a list of each sequence, or a number in records of version 1."""
+    field = "sequences: fingerprint"
+    if version == 1:
+        return _list(field, value)
+    if not isinstance(value, list) or not value:
+        raise ValueError(f"{field}: expected a list for each sequence, got {value!r:.100}")
+    for row in value:
+        if not isinstance(row, list) or len(row) != 1 + PROJECTIONS:
+            raise ValueError(f"{field}: expected {1 + PROJECTIONS} numbers of each sequence, got {row!r:.100}")
+    numbers = np.array([[_number(field, one, least=-math.inf) for one in row] for row in value])
+    if (numbers[:, 0] < 0).any():
+        raise ValueError(f"{field}: a norm is negative")
+    return numbers
+
+
+def _list(field: str, values: object) -> Float64:
+    if not isinstance(values, list) or not values:
+        raise ValueError(f"{field}: expected a list with a number for each sequence, got {values!r:.100}")
+    return np.array([_number(field, value) for value in values])
+
+
+def _parts(field: str, value: float, score: object, weight: object, fingerprint: Float64 | None) -> dict[str, Any]:
+    """Read what each sequence adds to a number, and make sure that it is the number's."""
+    scores, weights = _list(f"sequences: {field}", score), _list(f"sequences: weight of {field}", weight)
+    lengths = {len(scores), len(weights)} | (set() if fingerprint is None else {len(fingerprint)})
+    if len(lengths) > 1:
+        raise ValueError(f"sequences: lists of {field} differ in length: {sorted(lengths)}")
+    with np.errstate(over="ignore"):
+        total, numerator = weights.sum(), scores * weights
+    if not (
+        math.isfinite(total) and total > 0 and math.isclose(numerator.sum() / total, value, rel_tol=1e-6, abs_tol=1e-9)
+    ):
+        raise ValueError(f"sequences: the weighted mean of {field} is not the {value} that the record states")
+    return {"numerator": numerator, "weight": weights, "fingerprint": fingerprint}

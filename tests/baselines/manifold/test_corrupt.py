@@ -1,0 +1,181 @@
+"""Corruptions of motion: each does what it says, by other means, and nothing else."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from npss_baselines.data.motion import JOINTS
+from npss_baselines.manifold.applications import corrupt
+
+F = 3 * len(JOINTS.names) + 3
+MEAN = np.linspace(-1, 1, F)
+
+
+def windows(n=4, frames=160, features=F, seed=0):
+    return np.random.default_rng(seed).normal(size=(n, frames, features))
+
+
+class TestZeros:
+    def test_lost_values_are_the_mean_and_the_others_are_kept(self):
+        motion = windows()
+        corrupted = corrupt.zeros(motion, MEAN, rng=np.random.default_rng(0))
+        for (i, t, f), known in np.ndenumerate(corrupted.known):
+            assert corrupted.features[i, t, f] == (motion[i, t, f] if known else MEAN[f])
+
+    @pytest.mark.parametrize("lost", [0, 0.1, 0.5, 1])
+    def test_as_many_as_asked_for_are_lost_everywhere(self, lost):
+        known = corrupt.zeros(windows(40), MEAN, lost=lost, rng=np.random.default_rng(1)).known
+        assert np.mean(known) == pytest.approx(1 - lost, abs=0.005)
+        for axes in ((0, 1), (0, 2), (1, 2)):  # each feature, frame and window alike
+            assert np.abs(known.mean(axis=axes) - (1 - lost)).max() < 0.05
+
+    def test_values_are_lost_independently(self):
+        known = corrupt.zeros(windows(40), MEAN, rng=np.random.default_rng(2)).known.astype(float)
+        neighbours = [(known[:, 1:], known[:, :-1]), (known[..., 1:], known[..., :-1])]
+        assert all(abs(np.corrcoef(a.ravel(), b.ravel())[0, 1]) < 0.01 for a, b in neighbours)
+
+    def test_the_seed_decides(self):
+        first, again, other = (
+            corrupt.zeros(windows(), MEAN, rng=np.random.default_rng(seed)).known for seed in (3, 3, 4)
+        )
+        assert np.array_equal(first, again)
+        assert not np.array_equal(first, other)
+
+    @pytest.mark.parametrize("lost", [-0.1, 1.1, np.nan, "half"])
+    def test_no_probability(self, lost):
+        with pytest.raises(ValueError, match="lost: expected a probability"):
+            corrupt.zeros(windows(), MEAN, lost=lost, rng=np.random.default_rng(0))
+
+
+class TestMissing:
+    def test_a_joint_is_at_its_mean_throughout(self):
+        joints = corrupt.branch(JOINTS, "RightHand")
+        assert [JOINTS.names[j] for j in joints] == ["RightHand", "RightHandIndex"]
+        motion = windows()
+        corrupted = corrupt.missing(motion, MEAN, joints=joints)
+        at = [3 * j + axis for j in joints for axis in range(3)]
+        others = np.setdiff1d(np.arange(F), at)
+        assert np.array_equal(corrupted.features[..., at], np.broadcast_to(MEAN[at], (4, 160, len(at))))
+        assert np.array_equal(corrupted.features[..., others], motion[..., others])
+        assert not corrupted.known[..., at].any()
+        assert corrupted.known[..., others].all()
+
+    @pytest.mark.parametrize("joints", [[], [-1], [20]])
+    def test_no_such_joint(self, joints):
+        with pytest.raises(ValueError, match="joints: expected some of 0 to 19"):
+            corrupt.missing(windows(), MEAN, joints=joints)
+
+    def test_no_such_name(self):
+        with pytest.raises(ValueError, match="joint: 'Tail' is not one of Hips"):
+            corrupt.branch(JOINTS, "Tail")
+
+    def test_everything_hangs_on_the_root(self):
+        assert corrupt.branch(JOINTS, "Hips") == list(range(20))
+
+
+class TestSteppedKeys:
+    @given(frames=st.integers(1, 50), every=st.integers(1, 60))
+    def test_each_frame_is_the_key_before_it(self, frames, every):
+        motion = windows(2, frames, 3)
+        corrupted = corrupt.stepped_keys(motion, every=every)
+        for t in range(frames):
+            key = max(k for k in range(0, frames, every) if k <= t)
+            assert np.array_equal(corrupted.features[:, t], motion[:, key])
+            assert corrupted.known[:, t].all() == corrupted.known[:, t].any() == (t == key)
+
+    def test_the_paper_keeps_every_fifteenth(self):
+        known = corrupt.stepped_keys(windows()).known[0, :, 0]
+        assert list(np.flatnonzero(known)) == list(range(0, 160, 15))
+
+
+@pytest.fixture(scope="module")
+def seen():
+    """Windows, what the camera saw, and where: (n, T, J, 3) and (n, T, J, 3)."""
+    motion = windows(60)
+    corrupted = corrupt.kinect(motion, JOINTS, rng=np.random.default_rng(0))
+    shape = (60, 160, 20, 3)
+    return motion, corrupted, corrupted.features[..., :-3].reshape(shape), corrupted.known[..., :-3].reshape(shape)
+
+
+class TestKinect:
+    def test_a_joint_is_seen_whole_or_not_at_all(self, seen):
+        known = seen[3]
+        assert np.array_equal(known.any(axis=-1), known.all(axis=-1))
+        assert known[:, :, 0].all()
+        assert seen[1].known[..., -3:].all()
+
+    def test_what_is_seen_jitters(self, seen):
+        motion, corrupted, positions, known = seen
+        noise = (positions - motion[..., :-3].reshape(positions.shape))[:, :, 1:][known[:, :, 1:]]
+        assert noise.mean() == pytest.approx(0, abs=1e-4)
+        assert noise.std() == pytest.approx(corrupt.JITTER, rel=0.01)
+        path = np.cumsum(corrupted.features[..., -3:] - motion[..., -3:], axis=1)  # it does not drift
+        assert path[:, 5:].std(axis=(0, 1)) == pytest.approx(path[:, 100:].std(axis=(0, 1)), rel=0.1)
+        expected = np.sqrt(2) * np.array([corrupt.TURN_JITTER, corrupt.JITTER, corrupt.JITTER])
+        assert path.std(axis=(0, 1)) == pytest.approx(expected, rel=0.05)
+
+    def test_the_root_stays_over_the_origin(self, seen):
+        motion, _, positions, _ = seen
+        assert np.array_equal(positions[:, :, 0, [0, 2]], np.zeros((60, 160, 2)))
+        assert (positions[:, :, 0, 1] - motion[:, :, 1]).std() == pytest.approx(corrupt.JITTER, rel=0.03)
+
+    def test_what_is_not_seen_is_held(self, seen):
+        _, _, positions, known = seen
+        hidden, n_checked = ~known[..., 0], 0
+        for i, j in np.ndindex(20, 20):
+            if not hidden[i, :, j].any():
+                continue
+            for t in np.flatnonzero(hidden[i, :, j]):
+                before = np.flatnonzero(~hidden[i, :t, j])
+                source = before[-1] if len(before) else np.flatnonzero(~hidden[i, :, j])[0]
+                assert np.array_equal(positions[i, t, j], positions[i, source, j])
+                n_checked += 1
+        assert n_checked > 1000
+
+    def test_one_limb_is_occluded_for_as_long_as_is_said(self, seen):
+        hidden = ~seen[3][..., 0]
+        limbs = [corrupt.branch(JOINTS, name) for name in ("LeftForeArm", "RightForeArm", "LeftLeg", "RightLeg")]
+        chosen = []
+        for window in hidden:
+            together = [window[:, limb].all(axis=1) for limb in limbs]
+            longest = [max(map(len, "".join(map(str, each.astype(int))).split("0"))) for each in together]
+            assert max(longest) >= 64
+            assert sorted(longest)[-2] < 64
+            chosen.append(int(np.argmax(longest)))
+        assert min(np.bincount(chosen, minlength=4)) >= 6
+
+    def test_joints_drop_out_as_often_as_is_said(self):
+        hidden = ~corrupt.kinect(windows(60, 400), JOINTS, rng=np.random.default_rng(5)).known[..., 3:-3:3]
+        trunk = hidden[..., [j - 1 for j in range(1, 20) if JOINTS.names[j] in ("Spine1", "Neck", "Head")]]
+        # Seen for 1 / DROP frames on average, then not for SPELL; the window begins with all seen.
+        expected = corrupt.SPELL / (corrupt.SPELL + 1 / corrupt.DROP - 1)
+        assert trunk[:, 50:].mean() == pytest.approx(expected, rel=0.1)
+
+    def test_another_skeleton(self):
+        with pytest.raises(ValueError, match="features: expected 63 for 20 joints, got 9"):
+            corrupt.kinect(windows(features=9), JOINTS, rng=np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("name", ["zeros", "missing", "stepped_keys", "kinect"])
+def test_bad_input(name):
+    rng = np.random.default_rng(0)
+    function = {
+        "zeros": lambda features, mean=MEAN: corrupt.zeros(features, mean, rng=rng),
+        "missing": lambda features, mean=MEAN: corrupt.missing(features, mean, joints=[1]),
+        "stepped_keys": lambda features: corrupt.stepped_keys(features),
+        "kinect": lambda features: corrupt.kinect(features, JOINTS, rng=rng),
+    }[name]
+    with pytest.raises(ValueError, match=r"features: expected shape \(n, T, F\)"):
+        function(np.zeros((160, F)))
+    with pytest.raises(ValueError, match=r"features: nan at index \(0, 0, 0\)"):
+        function(np.full((1, 2, F), np.nan))
+    with pytest.raises(TypeError, match="features: expected real numbers"):
+        function(np.zeros((1, 2, F), bool))
+    if name in ("zeros", "missing"):
+        with pytest.raises(ValueError, match=r"mean: expected shape \(F,\) = \(63,\)"):
+            function(windows(), MEAN[1:])
+    motion = windows()
+    before = motion.copy()
+    function(motion)
+    assert np.array_equal(motion, before)

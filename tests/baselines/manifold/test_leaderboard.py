@@ -1,0 +1,70 @@
+"""The distance G as a metric of leaderboards."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+import npss
+from npss.ranking._submissions import records_of
+from npss_baselines.__main__ import main
+from npss_baselines.commands.leaderboard import add_g, submit
+from npss_baselines.data.motion import Clip
+from npss_baselines.data.motion_h36m import joints_of_poses
+from npss_baselines.data.tasks import synthetic_task
+from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
+from npss_baselines.manifold.motion.normalization import normalization
+from npss_baselines.manifold.motion.prepared import motion_set, prepare
+from npss_baselines.manifold.training import run as runs
+from npss_baselines.manifold.training.config import FILE, defaults, write
+
+MODELS = ["zero-velocity", "repeat-50"]
+
+
+@pytest.fixture(scope="module")
+def manifold(tmp_path_factory):
+    """The folder of a run that nothing was trained in."""
+    torch.manual_seed(0)
+    motions = motion_set(quick=True)
+    configuration = replace(defaults(), model=AutoencoderConfig(widths=(12, 10), kernel=5))
+    folder = tmp_path_factory.mktemp("manifold")
+    write(folder / FILE, configuration, "cpu")
+    statistics = normalization(motions.windows, motions.mask, "kind")
+    runs.save(folder, configuration, Autoencoder(configuration.model), statistics, {})
+    return folder
+
+
+def test_g_of_each_model_is_that_of_its_codes(manifold):
+    task = synthetic_task(4)
+    submissions = submit(MODELS, [task])
+    records = records_of(submissions, protocol=task.protocol)
+    add_g(records, submissions, manifold)
+    projector = runs.load(manifold).projector
+    for record in records:
+        codes = []
+        for poses in (task.target, submissions[record["model"]]["gait"].pred):
+            still = np.array(poses)
+            still[..., :6] = 0  # the root stays, and faces ahead
+            clips = [Clip(str(i), "poses", "", "", 25, joints_of_poses(motion)) for i, motion in enumerate(still)]
+            codes.append(projector.encode(np.stack(prepare(clips).features)).astype(float))
+        gt, pred = codes
+        expected = sum(((of(gt, axis=1) - of(pred, axis=1)) ** 2).sum(axis=1) for of in (np.max, np.min))
+        np.testing.assert_allclose(record["sequences"]["metrics"]["G"], expected, rtol=1e-9)
+        assert record["metrics"]["G"] == pytest.approx(expected.mean())
+        stated = npss.parse_signature(record["signatures"]["G"])
+        assert stated["manifold"] == projector.signature
+        assert (stated["metric"], stated["frames"], stated["protocol"]) == ("g", 100, "synthetic-4")
+
+
+def test_it_is_a_column_with_its_signature(capsys, manifold):
+    assert main(["leaderboard", *MODELS, "--synthetic", "--metrics", "G", "--manifold", str(manifold)]) == 0
+    printed = capsys.readouterr().out
+    assert "G" in next(line for line in printed.splitlines() if line.startswith("rank")).split()
+    assert "g|version:1|frames:100|fps:25|protocol:synthetic-64|manifold:" in printed
+
+
+@pytest.mark.parametrize("options", [["--metrics", "G"], ["--manifold", "RUN"]])
+def test_it_needs_a_manifold(capsys, options):
+    assert main(["leaderboard", *MODELS, "--synthetic", *options]) == 2
+    assert "--manifold RUN names the manifold of --metrics G" in capsys.readouterr().err

@@ -1,0 +1,583 @@
+"""Training the manifold: by hand as by autograd, killed as if it had not been, and the command, end to end."""
+
+import copy
+import csv
+import json
+import math
+import pickle
+import signal
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from safetensors.torch import load_file
+from safetensors.torch import save as serialized
+
+from manifold_trainings import TINY, configured, outcome, same, small_chunks, train_until_killed, trained, walkers
+from npss_baselines.commands import train_manifold as train_command
+from npss_baselines.data.motion_synthetic import synthetic_clips
+from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
+from npss_baselines.manifold.model.per_window_sgd import OneWindow
+from npss_baselines.manifold.motion.features import local_positions
+from npss_baselines.manifold.motion.prepared import TEST_SUBJECTS, MotionSet, prepare
+from npss_baselines.manifold.motion.split import VALIDATION_SUBJECTS, split
+from npss_baselines.manifold.training import config
+from npss_baselines.manifold.training import loop as training
+from npss_baselines.manifold.training import run as runs
+from npss_baselines.manifold.training.recipe import PAPER, RECIPES, Stage
+from npss_baselines.runs import launch
+from npss_baselines.training.trainer import CHECKPOINT, METRICS
+
+
+@pytest.fixture(autouse=True)
+def _small_chunks(monkeypatch):
+    """Several chunks an epoch, and not every one saved."""
+    small_chunks(monkeypatch.setattr)
+
+
+@pytest.fixture(scope="module")
+def sets():
+    return walkers(4, 240, 1), walkers(2, 160, 2)
+
+
+# --- the loss, and its gradient by hand ---
+
+
+def weights(mask, pooled, width):
+    """How much frames count in a mean, by counting."""
+    counts = np.array([[any(window[t : t + pooled]) for t in range(0, len(window), pooled)] for window in mask])
+    return torch.from_numpy(counts / (counts.sum(1, keepdims=True) * width)).unsqueeze(2)
+
+
+@pytest.mark.parametrize("unpool", ["both", "half"])
+@pytest.mark.parametrize("random", [True, False])
+@pytest.mark.parametrize("depth", [1, 2, 3])
+def test_one_window_by_hand_is_autograd(unpool, random, depth):
+    """In float64, where the two differ by rounding alone; with values that are clipped, and some that are not."""
+    torch.manual_seed(depth)
+    made = AutoencoderConfig(n_features=6, widths=(5, 7, 4)[:depth], kernel=5, unpool=unpool, eps=0.4)
+    network = Autoencoder(made).double()
+    for layer in network.first():
+        torch.nn.init.uniform_(layer.bias, -0.2, 0.2)
+        with torch.no_grad():
+            layer.weight *= 1.5
+    other = copy.deepcopy(network)
+    rng = np.random.default_rng(0)
+    windows = torch.from_numpy(rng.normal(size=(4, 16, 6)))
+    mask = rng.random((4, 16)) < 0.7
+    of_frames, of_steps = weights(mask, 1, 6), weights(mask, 2**depth, made.widths[-1])
+    options = {"corruption": 0.3, "sparsity": 0.2, "random": random}
+    by_hand = OneWindow(network.first(), 16, **options)
+    optimizer = torch.optim.SGD(other.parameters(), lr=0.1)
+    clipped = other.encode(windows).detach().abs() > 0.6
+    assert clipped.any()
+    assert not clipped.all()
+    for i in range(4):
+        torch.manual_seed(i)
+        loss = training.loss_of(other.first(), windows[[i]], of_frames[[i]], of_steps[[i]], **options)
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+        torch.manual_seed(i)
+        with torch.no_grad():
+            assert by_hand.step(windows[i], of_frames[i], of_steps[i], 0.1).item() == pytest.approx(loss.item())
+        by_hand.keep()
+        for first, second in zip(network.parameters(), other.parameters(), strict=True):
+            torch.testing.assert_close(first, second, rtol=0, atol=1e-12)
+
+
+def test_the_loss_is_what_it_says():
+    network = Autoencoder(replace(TINY, n_features=6)).double()
+    rng = np.random.default_rng(0)
+    windows, mask = torch.from_numpy(rng.normal(size=(3, 8, 6))), rng.random((3, 8)) < 0.6
+    with torch.no_grad():
+        code, projected = network.encode(windows), network.project(windows)
+        loss = training.loss_of(
+            network.first(),
+            windows,
+            weights(mask, 1, 6),
+            weights(mask, 4, 5),
+            corruption=0.0,
+            sparsity=0.3,
+            random=False,
+        )
+    squares, magnitudes = ((projected - windows) ** 2).numpy(), code.abs().numpy()
+    steps = mask.reshape(3, 2, 4).any(2)
+    each = [squares[i][mask[i]].mean() + 0.3 * magnitudes[i][steps[i]].mean() for i in range(3)]
+    assert loss.item() == pytest.approx(np.mean(each))
+
+
+@pytest.mark.parametrize("loss", ["mean", "sum"])
+def test_masked_frames_do_not_count(sets, tmp_path, loss):
+    """Whatever a window is padded with, beyond what filters see of it; and what they see counts only as context."""
+    training_set, validation_set = sets
+    windows = training_set.windows.copy()
+    windows[0, 120:] = 1e3
+    other = replace(training_set, windows=windows)
+    plain = Stage(epochs=1, corruption=0.0, sparsity=0.1)
+    losses = []
+    for i, motion in enumerate((training_set, other)):
+        module = training.Training(configured(layers=plain, loss=loss), motion, validation_set, tmp_path)
+        module._begin(0)
+        losses.append([])
+        for phase in range(2):
+            module._begin(phase)
+            of = (module._seen[:1], module._of_frames[:1], module._of_steps[:1])
+            layer = module.network.first()[phase : phase + 1]
+            options = {"corruption": 0.0, "sparsity": 0.1, "random": False}
+            losses[i].append(training.loss_of(layer, *of, **options).item())
+    assert losses[0] == pytest.approx(losses[1], rel=1e-6)
+    assert module._of_frames[0].sum() == pytest.approx(1 / 4 if loss == "mean" else 50)
+
+
+def test_what_is_left_is_rescaled():
+    """The mean of the input is then the motion; written out."""
+    torch.manual_seed(0)
+    network = Autoencoder(TINY)
+    windows = torch.randn(3, 8, 63)
+    of_frames, of_steps = torch.rand(3, 8, 1), torch.zeros(3, 2, 1)
+    torch.manual_seed(1)
+    loss = training.loss_of(
+        network.first(), windows, of_frames, of_steps, corruption=0.25, sparsity=0.0, random=False, rescale=True
+    )
+    torch.manual_seed(1)
+    kept = torch.empty_like(windows).bernoulli_(0.75)
+    expected = ((network.project(windows * kept * 4 / 3) - windows) ** 2 * of_frames).sum() / 3
+    torch.testing.assert_close(loss, expected)
+
+
+# --- a run ---
+
+
+def test_training_is_the_plain_loop(sets, tmp_path):
+    """Against loops written out: order, seeds, corruption, frozen layers, rates, clipping."""
+    training_set, validation_set = sets
+    configuration = replace(configured(), seed=7, select="last")
+    before = torch.get_rng_state()
+    rows = trained(tmp_path, configuration, sets)
+    assert torch.equal(torch.get_rng_state(), before)
+
+    frames = training_set.windows[training_set.mask].astype(np.float64)
+    mean = frames.mean(0)
+    scale = frames.std(0)
+    scale[:60] = np.sqrt(np.mean(scale[:60] ** 2))
+    scale /= 0.5
+    windows = torch.from_numpy(((training_set.windows - mean) / scale).astype(np.float32))
+    n = len(windows)
+    torch.manual_seed(7)
+    network = Autoencoder(TINY)
+    first, second = network.first()
+    phases = [([first], configuration.layers, 0), ([second], configuration.layers, 1)]
+    phases.append(([first, second], configuration.whole, 0))
+    expected, norms = [], []
+    for number, (layers, stage, below) in enumerate(phases):
+        parameters = [parameter for layer in layers for parameter in layer.parameters()]
+        kind = torch.optim.Adam if stage.optimizer == "adam" else torch.optim.SGD
+        optimizer = kind(parameters, lr=stage.lr)
+        seen = network.encode(windows, below).detach()
+        of_frames = weights(training_set.mask, 2**below, seen.shape[2]).float()
+        of_steps = weights(training_set.mask, 2 ** (below + len(layers)), layers[-1].bias.numel()).float()
+        chunks, n_batches = math.ceil(n / 3), math.ceil(n / stage.batch)
+        for epoch in range(stage.epochs):
+            order, losses = np.random.default_rng([7, number, epoch]).permutation(n), []
+            for i in range(n_batches):
+                if i * stage.batch % 3 == 0:
+                    entropy = np.random.SeedSequence([7, number, epoch * chunks + i * stage.batch // 3, 1])
+                    torch.manual_seed(int(entropy.generate_state(1, np.uint64)[0]))
+                batch = order[i * stage.batch :][: stage.batch]
+                loss = training.loss_of(
+                    layers,
+                    seen[batch],
+                    of_frames[batch],
+                    of_steps[batch],
+                    corruption=0.1,
+                    sparsity=stage.sparsity,
+                    random=stage.unpool == "random",
+                    rescale=stage.rescale,
+                )
+                optimizer.zero_grad()
+                loss.backward()
+                if stage.clip_norm:
+                    norms.append(torch.nn.utils.clip_grad_norm_(parameters, stage.clip_norm).item())
+                share = (epoch + i / n_batches) / 3
+                cosine = stage.optimizer == "adam"
+                rate = 1e-2 * (1 + math.cos(math.pi * share)) / 2 if cosine else 0.05 * 0.9**epoch
+                optimizer.param_groups[0]["lr"] = rate
+                optimizer.step()
+                losses += [loss.item()] * len(batch)
+            expected.append((["layer 1", "layer 2", "whole"][number], epoch + 1, np.mean(losses)))
+    assert max(norms) > 0.1  # clipping had something to do
+    assert [(row["phase"], row["epoch"]) for row in rows] == [(phase, epoch) for phase, epoch, _ in expected]
+    assert [row["loss"] for row in rows] == pytest.approx([loss for _, _, loss in expected], rel=1e-4)
+    for name, value in outcome(tmp_path)["weights"].items():
+        torch.testing.assert_close(value, network.state_dict()[name.removeprefix("network.")], rtol=1e-4, atol=1e-5)
+    # The error, measured anew from the file.
+    projected = runs.load(tmp_path).projector.project(validation_set.windows)
+    distances = np.linalg.norm(local_positions(projected) - local_positions(validation_set.windows), axis=-1)
+    assert rows[-1]["error"] == pytest.approx(distances[validation_set.mask].mean(), rel=1e-5)
+    with (tmp_path / METRICS).open(encoding="utf-8") as file:
+        read = list(csv.DictReader(file))
+    assert [float(row["error"]) for row in read] == [row["error"] for row in rows]
+
+
+def test_a_run_that_is_killed_again_and_again_ends_as_if_it_had_not_been(tmp_path, sets, processes):
+    configuration = configured()
+    expected = trained(tmp_path / "whole", configuration, sets)
+    out = tmp_path / "killed"
+    for moment, number in (
+        ("writing", 2),  # the first checkpoint
+        ("batch", 9),  # window 9 of layer 1
+        ("batch", 20),  # in layer 2
+        ("written", 7),  # the model of the last phase's first epoch is there, but not the checkpoint that goes with it
+        ("batch", 2),
+    ):
+        process = processes.Process(target=train_until_killed, args=(out, configuration, sets, moment, number))
+        process.start()
+        process.join()
+        assert process.exitcode == -signal.SIGKILL, (moment, number)
+        if (out / runs.FILE).exists():
+            runs.load(out)  # what is there is whole
+    assert (out / runs.FILE).exists()
+    assert trained(out, configuration, sets) == expected
+    assert same(outcome(out), outcome(tmp_path / "whole"))
+    assert trained(out, configuration, sets) == expected  # nothing is left to do
+    assert same(outcome(out), outcome(tmp_path / "whole"))
+
+
+def test_which_weights_are_kept(tmp_path, sets, monkeypatch):
+    for select, epoch in (("best", 2), ("last", 3)):
+        errors = iter([0.1, 0.1, 0.1, 0.1, 0.4, 0.2, 0.3])  # those of other phases do not count
+        monkeypatch.setattr(training.Training, "_error", lambda *_, errors=errors: next(errors))
+        rows = trained(tmp_path / select, configured(select=select), sets)
+        kept = training.best(rows, select)
+        assert (kept["phase"], kept["epoch"]) == ("whole", epoch)
+        assert runs.load(tmp_path / select).measured == kept
+    first, second = (load_file(tmp_path / select / runs.FILE) for select in ("best", "last"))
+    assert not same(first, second)
+    weights = outcome(tmp_path / "last")["weights"]
+    assert same({name: second[name] for name in weights}, weights)
+
+
+def test_stages_without_epochs_are_left_out(tmp_path, sets):
+    rows = trained(tmp_path, configured(layers=Stage(epochs=0)), sets)
+    assert {row["phase"] for row in rows} == {"whole"}
+    rows = trained(tmp_path / "layers", configured(whole=Stage(epochs=0)), sets)
+    assert [row["phase"] for row in rows] == ["layer 1"] * 2 + ["layer 2"] * 2
+    assert runs.load(tmp_path / "layers").measured["phase"] == "layer 2"
+    with pytest.raises(ValueError, match=r"^whole: no stage has an epoch"):
+        configured(layers=Stage(epochs=0), whole=Stage(epochs=0))
+
+
+def test_it_learns_and_another_seed_is_another_run(tmp_path, sets):
+    rows = trained(tmp_path / "0", configured(), sets)
+    others = trained(tmp_path / "1", replace(configured(), seed=1), sets)
+    assert rows[-1]["loss"] < 0.9 * rows[-3]["loss"]
+    assert all(a["loss"] != b["loss"] for a, b in zip(rows, others, strict=True))
+
+
+def test_training_that_diverges_says_so(tmp_path, sets):
+    for wrong, phase, option in (("layers", "layer 1", "layers.lr"), ("whole", "whole", "whole.lr")):
+        configuration = configured(**{wrong: Stage(epochs=9, lr=1e9)})
+        message = rf"^training has diverged: .* in epoch \d of {phase}; try a lower --{option}"
+        with pytest.raises(ValueError, match=message):
+            trained(tmp_path / wrong, configuration, sets)
+
+
+def test_training_that_diverges_in_the_last_step_says_so(tmp_path, sets):
+    """Of which no loss tells: it was computed before."""
+    n = len(sets[0].windows)
+    configuration = configured(layers=Stage(epochs=0), whole=Stage(epochs=1, batch=n, lr=1e30))
+    message = r"^training has diverged: .* every value must be finite in epoch 1 of whole; try a lower --whole\.lr"
+    with pytest.raises(ValueError, match=message):
+        trained(tmp_path, configuration, sets)
+    assert not (tmp_path / runs.FILE).exists()
+
+
+def test_motion_that_does_not_fit(tmp_path, sets):
+    with pytest.raises(ValueError, match=r"^model.n_features: 60, but the motion has 63"):
+        trained(tmp_path, configured(model=replace(TINY, n_features=60)), sets)
+    with pytest.raises(ValueError, match=r"^model: 64 frames to a step, which do not divide 160"):
+        trained(tmp_path, configured(model=replace(TINY, widths=(2,) * 6)), sets)
+
+
+# --- files ---
+
+
+@pytest.fixture
+def run(tmp_path, sets):
+    trained(tmp_path, configured(layers=Stage(epochs=0), whole=Stage(epochs=1)), sets)
+    return tmp_path
+
+
+def test_the_signature_is_of_weights_and_of_how_they_came_about(run):
+    loaded = runs.load(run)
+    signature = loaded.projector.signature
+    assert signature.startswith("manifold-")
+    assert runs.load(run).projector.signature == signature
+    statistics, network = loaded.projector.normalization, loaded.projector.network
+    signatures = {signature}
+    for changed in ({"seed": 1}, {"data": config.Data(("cmu",), 1, 2, "ab")}, {"whole": Stage(epochs=2)}):
+        other = replace(loaded.configuration, **changed)
+        config.write(run / config.FILE, other, "cpu")
+        signatures.add(runs.load(run).projector.signature)
+    config.write(run / config.FILE, loaded.configuration, "cuda")
+    assert runs.load(run).projector.signature == signature
+    with torch.no_grad():
+        network.first()[0].bias[0] += 1e-6
+    runs.save(run, loaded.configuration, network, statistics, loaded.measured)
+    signatures.add(runs.load(run).projector.signature)
+    assert len(signatures) == 5
+
+
+def test_broken_runs_are_named(run):
+    content = (run / runs.FILE).read_bytes()
+    tensors = load_file(run / runs.FILE)
+    stated = {"validation": "{}"}
+    bias = "network.layers.0.bias"
+    for wrong in (
+        b"",
+        b"nonsense",
+        content[:-8],
+        serialized(tensors),
+        serialized(tensors, {"validation": "{"}),
+        serialized({name: value for name, value in tensors.items() if name != "mean"}, stated),
+        serialized({name: value for name, value in tensors.items() if name != bias}, stated),
+        serialized(tensors | {bias: torch.zeros(3)}, stated),
+        serialized(tensors | {"scale": torch.ones(60)}, stated),
+    ):
+        (run / runs.FILE).write_bytes(wrong)
+        with pytest.raises(ValueError, match=rf"{runs.FILE}: not the weights of the model in .*{config.FILE}"):
+            runs.load(run)
+    (run / runs.FILE).unlink()
+    with pytest.raises(FileNotFoundError, match=rf"{runs.FILE} is not there \(yet\)"):
+        runs.load(run)
+
+
+def test_a_checkpoint_cannot_run_code(tmp_path, sets):
+    class Hostile:
+        def __reduce__(self):
+            return (Path.touch, (tmp_path / "ran",))
+
+    for content in (pickle.dumps(Hostile(), 2), b"nonsense"):
+        (tmp_path / CHECKPOINT).write_bytes(content)
+        with pytest.raises(ValueError, match=r"last\.ckpt: not a checkpoint"):
+            trained(tmp_path, configured(), sets)
+    assert not (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize("recipe", RECIPES)
+def test_a_file_is_enough_to_repeat_a_run(tmp_path, recipe):
+    said = ["--recipe", recipe, "--seed", "5", "--depth", "2", "--quick", "--model.eps", "0.1", "--layers.lr", "0.25"]
+    configuration, _ = train_command.parse([*said, "--out", str(tmp_path / "a")])
+    chosen = RECIPES[recipe]
+    assert configuration.model == AutoencoderConfig(widths=(64, 128), unpool=chosen.unpool, eps=0.1)
+    for name in ("scale", "size", "loss", "start"):
+        assert getattr(configuration, name) == getattr(chosen, name)
+    assert configuration.seed == 5
+    assert configuration.quick
+    assert configuration.layers == replace(chosen.layers, lr=0.25, epochs=min(chosen.layers.epochs, 5))
+    (tmp_path / "a").mkdir()
+    config.write(tmp_path / "a" / config.FILE, configuration, "cpu")
+    assert config.read(tmp_path / "a" / config.FILE) == configuration
+    again, _ = train_command.parse(["--config", str(tmp_path / "a" / config.FILE), "--out", str(tmp_path / "b")])
+    assert again == configuration
+    resumed, _ = train_command.parse([*said[2:], "--resume", "--out", str(tmp_path / "a")])
+    assert resumed == configuration
+
+
+def test_the_papers_schedule_is_as_the_paper_says():
+    configuration, _ = train_command.parse(["--recipe", "paper", "--out", "nowhere"])
+    assert (PAPER.layers.epochs, PAPER.layers.batch, PAPER.layers.optimizer) == (25, 1, "sgd")
+    assert PAPER.layers.learning_rate(0) == 0.5
+    assert PAPER.layers.learning_rate(2) == pytest.approx(0.5 * 0.81)
+    assert (PAPER.layers.corruption, PAPER.layers.sparsity, PAPER.layers.unpool) == (0.1, 0.01, "random")
+    assert (PAPER.whole.learning_rate(24), PAPER.whole.sparsity, PAPER.whole.unpool) == (0.01, 0, "even")
+    assert not PAPER.layers.rescale
+    assert not PAPER.whole.rescale
+    assert (PAPER.scale, PAPER.size, PAPER.loss, PAPER.start) == ("none", 1, "mean", "glorot")
+    assert configuration.model.widths == (64, 128, 256)
+    assert [phase.name for phase in configuration.phases] == ["layer 1", "layer 2", "layer 3", "whole"]
+
+
+@pytest.mark.parametrize(
+    ("fields", "error", "message"),
+    [
+        ({"epochs": -1}, ValueError, "epochs: expected 0 or more, got -1"),
+        ({"epochs": 1.5}, TypeError, "epochs: expected a whole number"),
+        ({"batch": 0}, ValueError, "batch: "),
+        ({"optimizer": "adamw"}, ValueError, "optimizer: expected one of adam, sgd"),
+        ({"lr": 0.0}, ValueError, "lr: "),
+        ({"lr_schedule": "steps"}, ValueError, "lr_schedule: "),
+        ({"lr_decay": 1.1}, ValueError, "lr_decay: expected a factor of at most 1"),
+        ({"clip_norm": 0.0}, ValueError, "clip_norm: "),
+        ({"corruption": 1.0}, ValueError, "corruption: expected a probability below 1"),
+        ({"corruption": "some"}, TypeError, "corruption: expected a number"),
+        ({"rescale": 1}, TypeError, "rescale: expected true or false"),
+        ({"sparsity": math.nan}, ValueError, "sparsity: expected a number from 0 on"),
+        ({"unpool": "both"}, ValueError, "unpool: expected one of even, random"),
+    ],
+)
+def test_what_is_no_stage(fields, error, message):
+    with pytest.raises(error, match=f"^{message}"):
+        Stage(**fields)
+
+
+@pytest.mark.parametrize(
+    ("stated", "message"),
+    [
+        ([], r"expected an object, got \[\]"),
+        ({}, "name: expected one of manifold, got None"),
+        ({"name": "vgru-d"}, "name: expected one of manifold, got 'vgru-d'"),
+        ({"name": "manifold", "colour": 1}, "there is no 'colour'; there are made_with, paths, name, model, .*"),
+        ({"name": "manifold", "model": {"cell": 1}}, "model: there is no 'cell'; there are n_features, .*"),
+        ({"name": "manifold", "layers": {"class_path": "hostile.Stage"}}, "layers: there is no 'class_path'"),
+        ({"name": "manifold", "whole": "hostile.json"}, "whole: expected an object, got 'hostile.json'"),
+        ({"name": "manifold", "data": {"path": "x"}}, "data: there is no 'path'"),
+        ({"name": "manifold", "data": {"windows": "many"}}, "windows: expected int, got 'many'"),
+        ({"name": "manifold", "quick": "yes"}, "quick: expected true or false"),
+        ({"name": "manifold", "scale": "unit"}, '.*"scale"'),
+        ({"name": "manifold", "size": 0.0}, "size: "),
+        ({"name": "manifold", "start": "zero"}, '.*"start"'),
+        ({"name": "manifold", "seed": -1}, "seed: expected an integer from 0"),
+    ],
+)
+def test_a_file_that_is_no_configuration_is_named(tmp_path, stated, message):
+    file = tmp_path / "some.json"
+    file.write_text(json.dumps(stated), encoding="utf-8")
+    with pytest.raises(ValueError, match=rf"some\.json: {message}"):
+        config.read(file)
+    file.write_bytes(b"\xff{")
+    with pytest.raises(ValueError, match=r"some\.json: line 1 is not UTF-8 text"):
+        config.read(file)
+
+
+def test_how_a_configuration_is_written_does_not_matter(tmp_path):
+    file = tmp_path / "some.json"
+    file.write_text('{"name": "manifold"}', encoding="utf-8-sig")
+    assert config.read(file).name == "manifold"
+    file.write_text('{"name": "manifold"}', encoding="utf-16")
+    with pytest.raises(ValueError, match=r"some\.json: the text is UTF-16"):
+        config.read(file)
+    file.write_text("[" * 100_000, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"some\.json: not JSON that can be read: nested too deep"):
+        config.read(file)
+
+
+# --- the command ---
+
+LITTLE = ["--quick", "--model.widths", "[4,5]", "--whole.epochs", "1", "--layers.epochs", "0"]
+
+
+@pytest.mark.parametrize("recipe", RECIPES)
+def test_from_nothing_to_a_run(tmp_path, capsys, recipe):
+    out = tmp_path / "run"
+    train_command.run([*LITTLE, "--recipe", recipe, "--out", str(out)])
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert "training on 20 windows of 4 clips (synthetic) of 4 subjects" in said.out
+    assert "windows of synthetic/2, synthetic/3" in said.out
+    assert "heights on windows of synthetic/0, synthetic/1" in said.out
+    assert {file.name for file in out.iterdir()} == {config.FILE, runs.FILE, CHECKPOINT, METRICS, launch.LOCK}
+    loaded = runs.load(out)
+    assert loaded.configuration.data.sources == ("synthetic",)
+    assert asdict(loaded.configuration)["data"]["windows"] == 20
+    # The number that is said, measured anew.
+    tested = prepare(synthetic_clips(2, 500, seed=0))
+    assert {clip.subject for clip in tested.clips} <= set(TEST_SUBJECTS)
+    assert f"mean joint error {train_command.error_of(loaded.projector, tested):.4f} heights" in said.out
+
+    # Nothing is left to do; and other motion is refused.
+    before = outcome(out)
+    train_command.run([*LITTLE, "--out", str(out), "--resume"])
+    assert same(outcome(out), before)
+    other = replace(loaded.configuration, data=replace(loaded.configuration.data, digest="0"))
+    config.write(out / config.FILE, other, "cpu")
+    with pytest.raises(
+        ValueError, match=r"^--resume: .* was trained on 20 windows of 4 clips \(synthetic\); these are"
+    ):
+        train_command.run([*LITTLE, "--out", str(out), "--resume"])
+
+
+def test_nobody_is_in_two_sets(sets):
+    clips = [
+        *(f"cmu/{i:02}" for i in range(1, 15)),
+        *(f"h36m/S{i}" for i in (1, 5, 6, 7, 8, 9, 11)),
+        *(f"synthetic/{i}" for i in range(6)),
+        "",
+    ]
+    some = sets[0]
+    infos = tuple(replace(some.clips[0], name=str(i), subject=subject) for i, subject in enumerate(clips))
+    features = tuple(some.features[0] for _ in clips)
+    both = np.repeat(some.windows[:1], len(clips), axis=0)
+    whole = MotionSet(infos, features, both, np.ones(both.shape[:2], bool), np.arange(len(clips)))
+    parts = split(whole)
+    subjects = [{clip.subject for clip in part.clips} for part in parts]
+    assert set().union(*subjects) == set(clips)
+    assert sum(map(len, subjects)) == len(clips)
+    assert subjects[1] == set(VALIDATION_SUBJECTS)
+    assert subjects[2] == set(TEST_SUBJECTS)
+    # Where none of those who are to be validated on are there, another one is; where nobody is left, that is said.
+    few = whole.only(subjects=["cmu/02", "cmu/05", "cmu/06"])
+    assert [[clip.subject for clip in part.clips] for part in split(few)] == [
+        ["cmu/05"],
+        ["cmu/06"],
+        ["cmu/02"],
+    ]
+    assert split(whole.only(subjects=["cmu/05", "cmu/06"]))[2] is None
+    with pytest.raises(ValueError, match=r"^there is motion of cmu/02, cmu/05; without those who are tested on, "):
+        split(whole.only(subjects=["cmu/02", "cmu/05"]))
+
+
+@pytest.mark.parametrize(
+    ("said", "message"),
+    [
+        (["--recipe", "quick"], "argument --recipe: invalid choice: 'quick'"),
+        (["--depth", "4"], "argument --depth: invalid choice: 4"),
+        (
+            ["--layers.rate", "1"],
+            "unrecognized arguments: --layers.rate 1; there are --layers.batch, .*, --layers.unpool",
+        ),
+        (["--whole.lr", "-1"], "lr: expected a positive, finite number, got -1.0"),
+        (["--model.widths", "[]"], "widths: expected those of one layer or more"),
+        (["--model.kernel", "wide"], 'Parser key "model.kernel"'),
+        (["--scale", "unit"], "argument --scale: invalid choice: 'unit'"),
+        (["--seed", "-1"], "seed: expected an integer from 0"),
+    ],
+)
+def test_bad_arguments_are_answered_with_what_there_is(said, message):
+    with pytest.raises(ValueError, match=message):
+        train_command.parse([*said, "--out", "nowhere"])
+
+
+def test_a_run_is_not_overwritten(run):
+    file = run / config.FILE
+    with pytest.raises(ValueError, match=r"^--out RUN names the folder of the run"):
+        train_command.parse([])
+    for wrong, message in (
+        ([], f"--out: there is a run in {run} already; --resume goes on with it"),
+        (["--resume", "--seed", "3"], f"--resume: {file} has another value of seed; leave it out"),
+        (["--resume", "--quick"], f"--resume: {file} has another value of quick; leave it out"),
+        (["--resume", "--depth", "1"], f"--resume: {file} has another value of model; leave it out"),
+        (["--resume", "--depth", "3"], "--depth: there are 2 layers"),
+        (["--resume", "--recipe", "paper"], f"--recipe: {file} states one already"),
+    ):
+        with pytest.raises(ValueError, match=f"^{message}"):
+            train_command.parse([*wrong, "--out", str(run)])
+
+
+def test_help_names_all_there_is(capsys):
+    with pytest.raises(SystemExit) as done:
+        train_command.run(["--help"])
+    assert done.value.code == 0
+    said = capsys.readouterr().out
+    for option in ("--cmu", "--styles", "--h36m", "--recipe", "--quick", "--depth", "--model.eps", "--whole.lr"):
+        assert option in said
+
+
+def test_real_motion(cmu_root, tmp_path, capsys):
+    train_command.run([*LITTLE, "--cmu", str(cmu_root), "--out", str(tmp_path / "run")])
+    said = capsys.readouterr().out
+    assert "(cmu) of 1 subjects; weights are chosen by 11 windows of cmu/08" in said
+    assert "heights on windows of cmu/02" in said

@@ -1,0 +1,747 @@
+"""Training: the same seed gives the same run, however often it is killed; and the commands, end to end."""
+
+import csv
+import json
+import pickle
+import signal
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from safetensors import safe_open
+from safetensors.torch import load_file
+from safetensors.torch import save as serialized
+from torch import nn
+
+import npss
+from npss.commands import main
+from npss.files._samples import read_poses, read_samples
+from npss.predictors import zero_velocity
+from npss.protocol import ACTIONS, COLUMNS, SLICES_MS, TRAIN_SUBJECTS
+from npss_baselines.commands import arguments
+from npss_baselines.commands.evaluate import evaluate
+from npss_baselines.data import windows
+from npss_baselines.data.tasks import h36m_tasks, synthetic_task
+from npss_baselines.evaluation.draws import evaluate_run
+from npss_baselines.models import MODELS
+from npss_baselines.runs import config, launch
+from npss_baselines.runs import run as runs
+from npss_baselines.training import objectives, trainer, validation
+from npss_baselines.training.rmsprop import RMSpropTF
+from trainings import RECIPE, TINY, Tiny, TinyConfig, command, configured, outcome, same, train_until_killed, trained
+
+pytestmark = pytest.mark.usefixtures("_tiny")
+on_gpu = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
+
+
+# --- killed and resumed ---
+
+
+@pytest.mark.parametrize(
+    ("average", "moments"),
+    [
+        (
+            None,
+            [
+                ("writing", 1),  # the configuration
+                ("writing", 2),  # the first checkpoint
+                ("iteration", 2),  # iteration 2; number 1 is in the checkpoint
+                ("writing", 3),  # the first model, after iteration 3
+                ("written", 4),  # that model and its metrics are there, but not the checkpoint that goes with them
+                ("written", 5),  # now it is
+                ("written", 3),  # the checkpoints of iterations 4 and 5
+            ],
+        ),
+        (0.5, [("iteration", 5), ("writing", 3)]),
+    ],
+)
+def test_a_run_that_is_killed_again_and_again_ends_as_if_it_had_not_been(tmp_path, processes, average, moments):
+    configuration = replace(configured(), average=average)
+    expected = trained(tmp_path / "whole", configuration)
+    out = tmp_path / "killed"
+    for moment, number in moments:
+        process = processes.Process(target=train_until_killed, args=(out, configuration, moment, number))
+        process.start()
+        process.join()
+        assert process.exitcode == -signal.SIGKILL, (moment, number)
+        if (out / runs.FILE).exists():
+            runs.load(out)  # what is there is whole
+    assert trained(out, configuration) == expected
+    assert same(outcome(out), outcome(tmp_path / "whole"))
+    assert trained(out, configuration) == expected  # nothing is left to do
+    assert same(outcome(out), outcome(tmp_path / "whole"))
+
+
+# --- several at once ---
+
+
+def trained_together(out, configurations, device="cpu"):
+    together = []
+    for i, configuration in enumerate(configurations):
+        folder = out / str(i)
+        folder.mkdir(parents=True, exist_ok=True)
+        config.write(folder / config.FILE, configuration, device)
+        together.append((configuration, windows.synthetic_training_set(3, 60), windows.synthetic_validation(2), folder))
+    return trainer.train_together(together, out, device=device)
+
+
+@pytest.mark.parametrize("optimizer", ["rmsprop-tf", "adam", "sgd"])
+def test_together_each_is_as_it_would_be_alone(tmp_path, optimizer):
+    """To the bit: batches, noise and dropout, the clipping of its own gradient, the moving average."""
+    recipe = replace(RECIPE, optimizer=optimizer, momentum=0.9)
+    several = [replace(configured(), recipe=recipe, average=0.5, seed=seed) for seed in (5, 6, 7)]
+    rows = trained_together(tmp_path / "together", several)
+    for i, configuration in enumerate(several):
+        assert trained(tmp_path / str(i), configuration) == rows[i]
+        for file in (runs.FILE, trainer.METRICS, config.FILE):
+            assert (tmp_path / "together" / str(i) / file).read_bytes() == (tmp_path / str(i) / file).read_bytes()
+
+
+@pytest.mark.parametrize("device", ["cpu", pytest.param("cuda", marks=on_gpu)])
+def test_together_they_are_resumed(tmp_path, monkeypatch, device):
+    """From a checkpoint between two validations, which holds losses."""
+    several = [replace(configured(), seed=seed, checkpoint_every=1) for seed in (5, 6)]
+    expected = trained_together(tmp_path / "whole", several, device)
+    validate, calls = trainer.Member.validate, []
+
+    def fail(member, iteration):
+        calls.append(iteration)
+        if len(calls) == 4:  # the second member's second validation
+            raise OSError("no space left")
+        return validate(member, iteration)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(trainer.Member, "validate", fail)
+        with pytest.raises(OSError, match="no space"):
+            trained_together(tmp_path / "cut", several, device)
+    assert torch.load(tmp_path / "cut" / trainer.CHECKPOINT, weights_only=True)["losses"][1]["loss"].shape == (2,)
+    with pytest.raises(ValueError, match=r"^--resume: .*last\.ckpt is of 0, 1, not of 0$"):
+        trained_together(tmp_path / "cut", several[:1], device)
+    resumed = trained_together(tmp_path / "cut", several, device)
+    for i, rows in enumerate(resumed):
+        assert [row["loss"] for row in rows] == pytest.approx([row["loss"] for row in expected[i]], rel=1e-3)
+    if device == "cuda":
+        return  # up to rounding
+    assert resumed == expected
+    for i in ("0", "1"):
+        for file in (runs.FILE, trainer.METRICS):
+            assert (tmp_path / "cut" / i / file).read_bytes() == (tmp_path / "whole" / i / file).read_bytes()
+
+
+def test_what_cannot_be_trained_together(tmp_path):
+    several = [configured(), replace(configured(), seed=1, recipe=replace(RECIPE, lr=0.1))]
+    with pytest.raises(ValueError, match=r"^runs: .*1 differs from .*0 in more than actions and seed"):
+        trained_together(tmp_path, several)
+
+
+def test_graphs_are_captured_anew_where_the_loss_changes(tmp_path, monkeypatch):
+    """Captured is replaced by what it captures, called at the iteration at which it was captured."""
+    recipe = replace(RECIPE, noise_std=((5, 0.1),))
+    captured, used = [], []
+
+    class Called:
+        def __init__(self, loss, batch, parameters):
+            captured.append(loss.keywords["iteration"])
+            self.loss = loss
+
+        def launch(self, seed, batch):
+            used.append(self.loss.keywords["iteration"])
+            torch.manual_seed(seed)
+            self.parts = self.loss(*batch)
+
+        def result(self):
+            return self.parts
+
+    several = [replace(configured(), recipe=recipe, seed=seed) for seed in (5, 6)]
+    expected = trained_together(tmp_path / "plain", several)
+    monkeypatch.setattr(trainer, "Captured", Called)
+    monkeypatch.setattr(trainer.Training, "_run", trainer.Training._replay)
+    assert trained_together(tmp_path / "graphs", several) == expected
+    assert captured == [0, 0, 3, 3, 5, 5]
+    assert used == sorted([0, 3, 3, 5, 5, 5, 5, 5, 0, 0] * 2)
+
+
+@on_gpu
+@pytest.mark.parametrize("name", ["tiny", "vgru-d"])
+def test_on_a_gpu_each_is_as_it_would_be_alone_and_resumed(tmp_path, monkeypatch, name):
+    """Graphs, one for each member and each weight of the closed loop: the losses up to rounding."""
+    spec, recipe = MODELS[name], replace(RECIPE, iterations=6, closed_weight=((0, 0.1), (3, 0.5)))
+    small = spec.config if name == "tiny" else replace(spec.config, n_units=16)
+    several = [replace(configured(), name=name, model=small, recipe=recipe, seed=seed) for seed in (5, 6, 7)]
+    rows = trained_together(tmp_path / "together", several, "cuda")
+    training_set = windows.synthetic_training_set(3, 60), windows.synthetic_validation(2)
+    for i, configuration in enumerate(several):
+        (tmp_path / str(i)).mkdir()
+        alone = trainer.train(configuration, *training_set, tmp_path / str(i), device="cuda")
+        (tmp_path / f"plain-{i}").mkdir()
+        with monkeypatch.context() as patch:
+            patch.setattr(trainer.Training, "_replay", trainer.Training._run)
+            plain = trainer.train(configuration, *training_set, tmp_path / f"plain-{i}", device="cuda")
+        for one in (alone, plain):
+            assert [row["loss"] for row in one] == pytest.approx([row["loss"] for row in rows[i]], rel=1e-3)
+    first = [replace(one, recipe=replace(recipe, iterations=3)) for one in several]
+    trained_together(tmp_path / "parts", first, "cuda")
+    resumed = trained_together(tmp_path / "parts", several, "cuda")
+    for of_resumed, of_whole in zip(resumed, rows, strict=True):
+        assert of_resumed[-1]["loss"] == pytest.approx(of_whole[-1]["loss"], rel=1e-3)
+
+
+def test_a_checkpoint_cannot_run_code(tmp_path):
+    class Hostile:
+        def __reduce__(self):
+            return (Path.touch, (tmp_path / "ran",))
+
+    for content in (pickle.dumps(Hostile(), 2), b"", b"nonsense"):
+        (tmp_path / trainer.CHECKPOINT).write_bytes(content)
+        with pytest.raises(ValueError, match=r"last\.ckpt: not a checkpoint"):
+            trained(tmp_path, configured())
+    torch.save({"state_dict": Hostile()}, tmp_path / trainer.CHECKPOINT)
+    with pytest.raises(ValueError, match=r"last\.ckpt: not a checkpoint"):
+        trained(tmp_path, configured())
+    assert not (tmp_path / "ran").exists()
+
+
+# --- what an iteration does ---
+
+
+@pytest.mark.parametrize("optimizer", ["rmsprop-tf", "adam", "sgd"])
+def test_training_is_the_plain_loop(tmp_path, optimizer):
+    """Against a loop written out: seeds, batches, loss, clipping, learning rate, moving average."""
+    recipe = replace(RECIPE, optimizer=optimizer, momentum=0.9)
+    configuration = replace(configured("--seed", "7"), recipe=recipe, select="last", average=0.8)
+    training_set = windows.synthetic_training_set(3, 60)
+    before = torch.get_rng_state()
+    rows = trained(tmp_path, configuration, training_set)
+    assert torch.equal(torch.get_rng_state(), before)  # torch's global generator is as it was
+
+    batches = windows.Batches(training_set, batch=4, n_seed=6, n_target=4, seed=7)
+    torch.manual_seed(7)
+    model = Tiny(TinyConfig(), 1)
+    steps = {
+        "rmsprop-tf": lambda: RMSpropTF(model.parameters(), 1e-2, momentum=0.9),
+        "adam": lambda: torch.optim.Adam(model.parameters(), 1e-2),
+        "sgd": lambda: torch.optim.SGD(model.parameters(), 1e-2, momentum=0.9),
+    }[optimizer]()
+    average, losses, norms = None, [], []
+    for i in range(10):
+        batch = batches[i]
+        torch.manual_seed(int(np.random.SeedSequence([7, i, 1]).generate_state(1, np.uint64)[0]))
+        loss = objectives.loss(model, *map(torch.from_numpy, batch), recipe, i)["loss"]
+        steps.zero_grad()
+        loss.backward()
+        norms.append(nn.utils.clip_grad_norm_(model.parameters(), 0.2).item())
+        steps.param_groups[0]["lr"] = 1e-2 if i < 4 else 5e-3 if i < 8 else 2.5e-3
+        steps.step()
+        losses.append(loss.item())
+        now = {name: value.detach().clone() for name, value in model.state_dict().items()}
+        average = now if average is None else {name: 0.8 * average[name] + 0.2 * now[name] for name in now}
+    assert max(norms) > 0.2  # clipping had something to do
+    assert same(
+        outcome(tmp_path)["weights"], outcome(tmp_path)["weights"] | {f"members.0.model.{k}": v for k, v in now.items()}
+    )
+    for name, value in runs.load(tmp_path).model.state_dict().items():
+        torch.testing.assert_close(value, average[name])
+    assert [row["iteration"] for row in rows] == [3, 6, 9, 10]
+    assert [row["lr"] for row in rows] == [1e-2, 5e-3, 2.5e-3, 2.5e-3]
+    for row, of in zip(rows, (losses[:3], losses[3:6], losses[6:9], losses[9:]), strict=True):
+        assert row["loss"] == pytest.approx(np.mean(of), rel=1e-6)
+
+
+def test_another_seed_is_another_run(tmp_path):
+    first, second = (trained(tmp_path / seed, configured("--seed", seed)) for seed in ("0", "1"))
+    assert all(a["loss"] != b["loss"] for a, b in zip(first, second, strict=True))
+
+
+def test_a_model_can_learn_a_window_by_heart(tmp_path):
+    training_set = windows.synthetic_training_set(2, 500)
+    clip = training_set.clips[0]
+    one = replace(training_set, clips=(clip._replace(poses=clip.poses[: windows.FIRST + 7]),))
+    recipe = replace(RECIPE, iterations=100, n_seed=3, n_target=3, optimizer="adam", lr=2e-2, lr_milestones=(), batch=1)
+    settings = TinyConfig(units=16, dropout=0, noise=0)
+    configuration = replace(configured(), model=settings, recipe=recipe, validate_every=50, checkpoint_every=50)
+    rows = trained(tmp_path, configuration, one)
+    of_the_mean_pose = np.square(one.clips[0].poses[windows.FIRST :]).mean()
+    assert rows[-1]["open"] < 0.02 * of_the_mean_pose
+    assert rows[-1]["closed"] < 0.02 * of_the_mean_pose
+
+
+def test_training_that_diverges_says_so(tmp_path):
+    configuration = configured("--recipe.lr", "1e38", "--recipe.optimizer", "sgd", "--recipe.clip_norm", "null")
+    with pytest.raises(ValueError, match=r"^training of .* has diverged by iteration 3: the loss was \w+; try a lower"):
+        trained(tmp_path, configuration)
+    assert not (tmp_path / runs.FILE).exists()
+
+
+# --- which weights are kept ---
+
+
+@pytest.mark.parametrize(
+    ("select", "average"), [("released", None), ("paper", None), ("euler", None), ("last", None), ("released", 0.5)]
+)
+def test_the_weights_that_are_kept_are_the_best(tmp_path, select, average):
+    configuration = replace(configured("--select", select), average=average)
+    rows = trained(tmp_path, configuration)
+    of = {
+        "released": lambda row: row["npss_released"],
+        "paper": lambda row: row["npss_paper"],
+        "euler": lambda row: np.mean([row[f"euler_{time}"] for time in SLICES_MS]),
+        "last": lambda row: -row["iteration"],
+    }[select]
+    expected = min(rows, key=of)
+    assert validation.best(rows, select) is expected
+    with (tmp_path / trainer.METRICS).open(encoding="utf-8") as file:
+        assert [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)] == rows
+    # Measured anew, from the files.
+    (task,) = windows.synthetic_validation(2)
+    pred = runs.load(tmp_path).predictor("gait", rng=np.random.default_rng(0))(task.seed, 100)
+    gt, pred = npss.poses_to_euler(task.target), npss.poses_to_euler(pred)
+    assert expected["npss_released"] == npss.score(gt, pred, convention="released")
+    assert expected["npss_paper"] == npss.score(gt, pred)
+    errors = npss.euler_error(gt, pred)
+    assert [expected[f"euler_{time}"] for time in SLICES_MS] == [errors[time] for time in SLICES_MS]
+    assert (average is None) == ("npss_paper_not_averaged" not in expected)
+    with safe_open(tmp_path / runs.FILE, "pt") as file:
+        stated = json.loads(file.metadata()["validation"])
+    assert npss.parse_signature(stated.pop("signature"))["protocol"] == "synthetic-validation-2"
+    assert stated == expected
+
+
+def test_several_actions_count_alike():
+    tasks = [task for n in (2, 3) for task in windows.synthetic_validation(n)]
+    alone = [validation.measure([zero_velocity], [task]) for task in tasks]
+    both = validation.measure([zero_velocity] * 2, tasks)
+    assert both == {name: pytest.approx((alone[0][name] + alone[1][name]) / 2) for name in alone[0]}
+
+
+# --- runs as predictors ---
+
+
+@pytest.fixture
+def run(tmp_path):
+    trained(tmp_path, configured("--iterations", "1"))
+    return tmp_path
+
+
+def test_a_run_is_a_predictor(run):
+    (task,) = windows.synthetic_validation(3)
+    before = torch.get_rng_state()
+    predictor = runs.predictor_of(run, "gait", rng=np.random.default_rng(5))
+    first, second = predictor(task.seed, 7), predictor(task.seed, 7)
+    assert torch.equal(torch.get_rng_state(), before)
+    assert first.shape == (3, 7, 99)
+    assert first.dtype == np.float64
+    assert not np.array_equal(first, second)  # another draw
+    again = runs.predictor_of(run, "gait", rng=np.random.default_rng(5))
+    assert np.array_equal(again(task.seed, 7), first)
+    assert np.array_equal(again(task.seed, 7), second)
+    single = again(task.seed.astype(np.float32), 1)
+    assert single.dtype == np.float32
+    # By hand: normalised, predicted, un-normalised; the other columns at their mean.
+    trained_run = runs.load(run)
+    statistics, kept = trained_run.normalization, list(COLUMNS)
+    seen = torch.from_numpy((task.seed[..., kept] - statistics.mean[kept]) / statistics.std[kept]).float()
+    with torch.random.fork_rng(), torch.no_grad():
+        torch.manual_seed(int(np.random.default_rng(5).integers(2**63)))
+        expected = trained_run.model.predict(seen, torch.ones(3, 1), 7).double().numpy()
+    np.testing.assert_array_equal(first[..., kept], expected * statistics.std[kept] + statistics.mean[kept])
+    others = sorted(set(range(99)) - set(kept))
+    assert (first[..., others] == statistics.mean[others]).all()
+
+
+def test_numbers_over_draws_are_means_with_their_spread(run):
+    task = synthetic_task(3)
+    predictor = runs.predictor_of(run, "gait", rng=np.random.default_rng(4))
+    single = [evaluate(run.name, predictor, task, sequences=True) for _ in range(5)]
+    record = evaluate_run(run, task, draws=5, seed=4, sequences=True)
+    assert (record["model"], record["action"], record["draws"]) == (run.name, "gait", 5)
+    for of in (
+        lambda record: record["npss"]["released"],
+        lambda record: record["npss_windows"]["paper"]["1-2"],
+        lambda record: record["euler_error"]["1000"],
+    ):
+        assert of(record) == pytest.approx(np.mean([of(one) for one in single]))
+        assert of(record["std"]) == pytest.approx(np.std([of(one) for one in single]))
+        assert of(record["std"]) > 0
+    assert record["sequences"]["npss"]["paper"] == pytest.approx(
+        np.mean([one["sequences"]["npss"]["paper"] for one in single], axis=0)
+    )
+    assert npss.parse_signature(record["signature"])["draws"] == 5
+    assert npss.parse_signature(record["signatures"]["euler_error"])["draws"] == 5
+    assert evaluate_run(run, task, draws=1, seed=4, sequences=True) == single[0]
+    with pytest.raises(ValueError, match=r"^draws: expected a positive integer"):
+        evaluate_run(run, task, draws=0)
+
+
+def test_a_predictor_leaves_the_mode_of_the_model(run):
+    model, statistics = runs.load(run).model, runs.load(run).normalization
+    (task,) = windows.synthetic_validation(1)
+    for mode in (True, False):
+        model.train(mode)
+        runs.ModelPredictor(model, statistics, 0, np.random.default_rng(0))(task.seed, 2)
+        assert model.training is mode
+
+
+def test_what_cannot_be_predicted(run):
+    predictor = runs.predictor_of(run, "gait", rng=np.random.default_rng(0))
+    seed = windows.synthetic_validation(1)[0].seed
+    with pytest.raises(ValueError, match=r"^action: this model was trained on gait, not on 'walking'"):
+        runs.predictor_of(run, "walking", rng=np.random.default_rng(0))
+    with pytest.raises(ValueError, match=r"^seed: expected shape \(N, S, 99\), got \(50, 99\)"):
+        predictor(seed[0], 3)
+    with pytest.raises(ValueError, match=r"^poses: expected shape \(\.\.\., 99\)"):
+        predictor(seed[..., :54], 3)
+    with pytest.raises(ValueError, match=r"^n_target: "):
+        predictor(seed, 0)
+    nn.init.constant_(predictor.model.out.bias, np.nan)
+    with pytest.raises(ValueError, match=r"^the model's prediction: nan at index"):
+        predictor(seed, 3)
+
+
+def test_broken_runs_are_named(run):
+    tensors = load_file(run / runs.FILE)
+    wrong = [
+        b"",
+        b"nonsense",
+        (run / runs.FILE).read_bytes()[:-8],
+        serialized({name: value for name, value in tensors.items() if name != "mean"}),
+        serialized({name: value for name, value in tensors.items() if name != "model.out.bias"}),
+        serialized(tensors | {"model.out.bias": torch.zeros(3)}),
+        serialized(tensors | {"std": torch.ones(54)}),
+    ]
+    for content in wrong:
+        (run / runs.FILE).write_bytes(content)
+        with pytest.raises(ValueError, match=rf"{runs.FILE}: not the weights of the model in .*{config.FILE}"):
+            runs.load(run)
+    (run / runs.FILE).unlink()
+    with pytest.raises(FileNotFoundError, match=rf"{runs.FILE} is not there \(yet\)"):
+        runs.load(run)
+
+
+# --- configurations ---
+
+
+@pytest.mark.parametrize("name", ["vgru-d", "mbr-sup", "srnn"])
+def test_the_file_of_a_configuration_is_enough_to_repeat_it(tmp_path, name):
+    said = ["--actions", "eating", "walking", "--subjects", "1", "11", "--seed", "5", "--iterations", "1000"]
+    said += ["--average", "0.99", "--select", "euler", "--recipe.clip_norm", "null", "--validate-on", "eating"]
+    configuration, _ = arguments.parse([name, *said, "--out", str(tmp_path / "a")])
+    file = tmp_path / config.FILE
+    config.write(file, configuration, "cpu")
+    assert config.read(file) == configuration
+    assert arguments.parse(["--config", str(file), "--out", str(tmp_path / "b")])[0] == configuration
+    assert configuration.recipe == replace(MODELS[name].recipe.compressed(1000), clip_norm=None)
+    assert configuration.model == MODELS[name].config
+    assert (configuration.validate_every, configuration.checkpoint_every) == (50, 10)
+    other, _ = arguments.parse(
+        ["--config", str(file), "--seed", "6", "--iterations", "500", "--out", str(tmp_path / "b")]
+    )
+    assert other.seed == 6
+    assert other.recipe == configuration.recipe.compressed(500)
+    assert other.validate_every == 25
+
+
+def test_defaults_and_overrides():
+    plain, options = arguments.parse(["tiny", "--out", "nowhere", "--h36m", "somewhere"])
+    assert (plain.data, plain.actions, plain.subjects) == ("h36m", ("walking",), TRAIN_SUBJECTS)
+    assert (plain.model, plain.recipe) == (TINY.config, TINY.recipe)
+    assert (plain.average, plain.select, plain.seed) == (None, "released", 0)
+    assert (options.h36m, options.out, options.resume) == (Path("somewhere"), Path("nowhere"), False)
+    assert arguments.parse(["tiny", "--out", "nowhere", "--action", "all"])[0].actions == ACTIONS
+    changed = configured("--model.units", "9", "--recipe.closed_weight", "[[2, 0.5]]", "--recipe.optimizer=adam")
+    assert changed.model == TinyConfig(units=9)
+    assert changed.recipe == replace(RECIPE, closed_weight=((2, 0.5),), optimizer="adam")
+    assert (changed.actions, changed.subjects, changed.validate_on) == (("gait",), (), ("gait",))
+
+
+def test_options_that_a_configuration_does_not_state_are_off(tmp_path):
+    """Runs that were made before there were such options were trained without them."""
+    configuration, _ = arguments.parse(["vgru-ac", "--data", "synthetic", "--out", str(tmp_path / "a")])
+    config.write(tmp_path / config.FILE, configuration, "cpu")
+    stated = json.loads((tmp_path / config.FILE).read_text(encoding="utf-8"))
+    for option in ("own_past", "restart_derivatives"):
+        assert stated["model"].pop(option) is False
+    (tmp_path / config.FILE).write_text(json.dumps(stated), encoding="utf-8")
+    assert config.read(tmp_path / config.FILE) == configuration
+    said = ["vgru-ac", "--data", "synthetic", "--model.own_past", "true", "--out", str(tmp_path / "b")]
+    assert arguments.parse(said)[0].model == replace(configuration.model, own_past=True)
+
+
+@pytest.mark.parametrize(
+    ("said", "message"),
+    [
+        (["walker"], "MODEL: expected one of vgru-d, gru-d, .*, tiny, got 'walker'"),
+        ([], "MODEL: expected one of vgru-d, .*, or --config FILE"),
+        (["tiny", "--model.cell", "x"], "unrecognized arguments: --model.cell x; there are --model.dropout, --model.n"),
+        (["tiny", "--recipe.rate", "x"], "unrecognized arguments: .*; there are --recipe.batch, .*, --recipe.reg"),
+        (["tiny", "--actoins", "x"], "unrecognized arguments: --actoins x; did you mean --actions\\?$"),
+        (["tiny", "--iteration", "9"], "unrecognized arguments: --iteration 9; did you mean --iterations\\?$"),
+        (["tiny", "--recipe.iteration", "9"], "unrecognized arguments: .*; did you mean --recipe.iterations\\?$"),
+        (["tiny", "--colour", "x"], "unrecognized arguments: .*; there are --actions, .*, --validate-every"),
+        (["tiny", "--model.units", "many"], 'Parser key "model.units":\\n.*Got value: many'),
+        (["tiny", "--recipe.lr", "-1"], "lr: expected a positive, finite number, got -1.0"),
+        (
+            ["tiny", "--action", "wlking"],
+            "actions: expected some of directions, .*, walkingtogether, each once; got wl",
+        ),
+        (["tiny", "--action", "walking", "walking"], "actions: .* each once; got walking, walking"),
+        (
+            ["tiny", "--data", "synthetic", "--action", "eating"],
+            "actions: expected some of gait, each once; got eating",
+        ),
+        (["tiny", "--validate-on", "eating"], "validate_on: expected some of walking, each once; got eating"),
+        (["tiny", "--subjects", "5"], "subjects: expected some of 1, 6, 7, 8, 9, 11, each once; got 5"),
+        (["tiny", "--data", "synthetic", "--subjects", "1"], "subjects: expected some of none, each once; got 1"),
+        (["tiny", "--seed", "-1"], "seed: expected an integer from 0"),
+        (["tiny", "--average", "1"], "average: expected a decay between 0 and 1, got 1.0"),
+        (["tiny", "--validate-every", "0"], "validate_every: expected a positive integer"),
+        (["tiny", "--checkpoint-every", "0"], "checkpoint_every: expected a positive integer"),
+        (["tiny", "--iterations", "0"], "iterations: expected a positive integer"),
+        (["tiny", "--device", "abacus"], "argument --device: invalid choice: 'abacus'"),
+    ],
+)
+def test_bad_arguments_are_answered_with_what_there_is(said, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        arguments.parse([*said, "--out", "nowhere"])
+
+
+def test_a_run_needs_a_folder():
+    with pytest.raises(ValueError, match=r"^--out RUN names the folder of the run"):
+        arguments.parse(["tiny"])
+
+
+@pytest.mark.parametrize(
+    ("stated", "message"),
+    [
+        ([], r"expected an object, got \[\]"),
+        ({"model": {}}, "name: expected one of .*, got None"),
+        ({"name": "tiny", "colour": 1}, "there is no 'colour'; there are made_with, paths, name, model, .*"),
+        ({"name": "tiny", "model": {"cell": 1}}, "model: there is no 'cell'; there are units, dropout, noise"),
+        ({"name": "tiny", "recipe": {"class_path": "hostile.Recipe"}}, "recipe: there is no 'class_path'"),
+        ({"name": "tiny", "model": "hostile.json"}, "model: expected an object, got 'hostile.json'"),
+        ({"name": "tiny", "model": {"units": "many"}}, 'Parser key "model.units"'),
+        ({"name": "tiny", "actions": "walking"}, "actions: expected a sequence"),
+        ({"name": "tiny", "seed": None}, "seed: expected an integer, got None"),
+    ],
+)
+def test_a_file_that_is_no_configuration_is_named(tmp_path, stated, message):
+    file = tmp_path / "some.json"
+    file.write_text(json.dumps(stated), encoding="utf-8")
+    with pytest.raises(ValueError, match=rf"some\.json: {message}"):
+        config.read(file)
+    file.write_bytes(b"\xff{")
+    with pytest.raises(ValueError, match=r"some\.json: line 1 is not UTF-8 text"):
+        config.read(file)
+
+
+def test_how_a_configuration_is_written_does_not_matter(tmp_path):
+    file = tmp_path / "some.json"
+    file.write_text('{"name": "tiny"}', encoding="utf-8-sig")
+    assert config.read(file).name == "tiny"
+    file.write_text('{"name": "tiny"}', encoding="utf-16")
+    with pytest.raises(ValueError, match=r"some\.json: the text is UTF-16"):
+        config.read(file)
+    file.write_text("[" * 100_000, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"some\.json: not JSON that can be read: nested too deep"):
+        config.read(file)
+
+
+# --- commands ---
+
+
+def test_help_names_models_and_their_fields(capsys):
+    for said, expected in (
+        (["train", "--help"], "vgru-d, gru-d"),
+        (["train", "tiny", "-h"], "--model.units"),
+        (["--help"], "train a model"),
+    ):
+        with pytest.raises(SystemExit) as done:
+            command(*said)
+        assert done.value.code == 0
+        assert expected in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["tiny", "--recipe.batch", 3],
+        ["vgru-d", "--model.n_units", 4, "--recipe.batch", 2, "--recipe.n_target", 4, "--average", 0.5],
+        ["mbr-sup", "--model.size", 4, "--recipe.batch", 2, "--recipe.n_target", 4],
+    ],
+)
+def test_from_training_to_a_score_without_data(tmp_path, capsys, arguments):
+    out = tmp_path / "run"
+    assert command("train", *arguments, "--data", "synthetic", "--iterations", 3, "--out", out) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert "the weights of iteration" in said.out
+    assert "npss+euler_error|version:1|convention:released+paper|" in said.out
+    assert {file.name for file in out.iterdir()} == {
+        *(config.FILE, runs.FILE, trainer.CHECKPOINT, trainer.METRICS, launch.LOCK)
+    }
+    assert command("predict", out, "--out", tmp_path / "samples.h5", "--seed", 3) == 0
+    capsys.readouterr()
+    (pair,) = read_poses(tmp_path / "samples.h5")
+    assert (pair.name, pair.pred.shape) == ("gait", (64, 100, 99))
+    assert np.array_equal(pair.gt, synthetic_task().target)
+    predicted = runs.predictor_of(out, "gait", rng=np.random.default_rng(3))(synthetic_task().seed, 100)
+    assert np.array_equal(pair.pred, predicted)
+
+
+def test_samples_are_read_by_those_who_read_samples(run, capsys):
+    for name in ("samples.h5", "samples.npz"):
+        assert command("predict", run, "--out", run / name) == 0
+        capsys.readouterr()
+        assert main(["score", str(run / name)]) == 0
+        assert "The file's own Euler error curve is reproduced" in capsys.readouterr().out
+    (pair,) = read_samples(run / "samples.npz")
+    record = evaluate("run", runs.predictor_of(run, "gait", rng=np.random.default_rng(0)), synthetic_task())
+    assert record["npss"]["paper"] == npss.score(pair.gt, pair.pred)
+
+
+def test_a_command_can_be_repeated_and_resumed(tmp_path, capsys):
+    first, second = tmp_path / "first", tmp_path / "second"
+    arguments = ["--data", "synthetic", "--iterations", 4, "--validate-every", 2]
+    assert command("train", "tiny", *arguments, "--out", first, "--resume") == 0  # had not begun
+    assert command("train", "--config", first / config.FILE, "--out", second) == 0
+    assert same(outcome(first), outcome(second))
+    assert (first / runs.FILE).read_bytes() == (second / runs.FILE).read_bytes()
+    assert command("train", "tiny", *arguments, "--out", first, "--resume") == 0
+    assert command("train", "--resume", "--out", first) == 0
+    assert same(outcome(first), outcome(second))
+    capsys.readouterr()
+    given = ["--config", first / config.FILE, "--seed", 1, "--resume", "--out", tmp_path / "fourth"]
+    assert command("train", *given) == 0  # resumes nothing, so nothing is changed
+    for wrong, message in (
+        (["tiny", *arguments, "--out", first], f"--out: there is a run in {first} already; --resume goes on with it"),
+        (["gru-d", "--out", first, "--resume"], f"MODEL: 'gru-d', but {first / config.FILE} is of a 'tiny'"),
+        (["--out", first, "--resume", "--seed", 1], f"--resume: {first / config.FILE} has another value of seed; "),
+        (
+            ["--out", tmp_path / "third", "--resume"],
+            f"--resume: no config.json in {tmp_path / 'third'}; to begin a run",
+        ),
+        (
+            ["--out", tmp_path / "third", "--config", "nowhere.json"],
+            "reading the configuration: nowhere.json: No such",
+        ),
+    ):
+        assert command("train", *wrong) == 2
+        assert message in capsys.readouterr().err
+
+
+def test_a_command_trains_several_at_once(tmp_path, capsys):
+    said = ["tiny", "--data", "synthetic", "--iterations", 4, "--validate-every", 2]
+    several = [*said, "--seeds", 3, 1, "--out", tmp_path / "several"]
+    assert command("train", *several) == 0
+    printed = capsys.readouterr().out
+    assert command("train", *said, "--seed", 1, "--out", tmp_path / "one") == 0
+    names = {file.name for file in (tmp_path / "several").iterdir()} - {launch.LOCK}
+    assert names == {"seed-1", "seed-3", trainer.CHECKPOINT}
+    for name in names - {trainer.CHECKPOINT}:
+        assert f"{name}/{runs.FILE}: the weights of iteration" in printed
+    for file in (config.FILE, runs.FILE, trainer.METRICS):
+        assert (tmp_path / "several" / "seed-1" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
+    assert command("train", *several, "--resume") == 0
+    capsys.readouterr()
+    before = sorted(tmp_path.rglob("*"))
+    for wrong, message in (
+        (several, f"--out: there is a run in {tmp_path}/several/seed-3 already; --resume goes on with it"),
+        ([*several, "--resume", "--average", 0.5], "seed-3/config.json has another value of average"),
+        ([*said, "--seeds", 1, "--resume", "--out", tmp_path / "one"], f"--out: {tmp_path}/one is a run, not a folder"),
+        ([*said, "--seeds", 1, 1, "--out", tmp_path / "new"], "--seeds: expected each once; got 1, 1"),
+        ([*said, "--seeds", 1, "--seed", 1, "--out", tmp_path / "new"], "--seed: --seeds says which already"),
+        ([*said, "--seeds", 3, "--out", tmp_path / "several", "--resume"], "last.ckpt is of seed-3, seed-1, not of se"),
+        ([*several, "--resume", "--seeds", 3, 1, 2], "several has other runs already, and seed-2 is none of them"),
+        ([*said, "--seeds", 2, "--out", tmp_path / "several"], "has other runs already, and seed-2 is none of them"),
+        ([*said, "--out", tmp_path / "several"], f"--out: {tmp_path}/several is a folder of several runs, of --seeds"),
+        (["--resume", "--out", tmp_path / "several" / "seed-1"], f"is one of several runs; name --out {tmp_path}/sev"),
+        ([*said, "--seeds", -1, "--out", tmp_path / "new"], "seed: expected an integer from 0 to 2**32 - 1"),
+    ):
+        assert command("train", *wrong) == 2
+        assert message in capsys.readouterr().err
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_model_for_each_action_is_trained(tmp_path):
+    said = ["tiny", "--data", "synthetic", "--iterations", 2]
+    assert command("train", *said, "--apart", "--out", tmp_path / "apart") == 0
+    assert command("train", *said, "--out", tmp_path / "one") == 0
+    for file in (config.FILE, runs.FILE, trainer.METRICS):
+        assert (tmp_path / "apart" / "gait" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
+
+
+def test_models_of_single_actions_are_runs_of_their_own(tmp_path):
+    said = ["tiny", "--actions", "eating", "walking", "--apart", "--out", str(tmp_path)]
+    of = dict.fromkeys(("eating", "walking"))
+    for configuration, out in arguments.runs_of(*arguments.parse(said)):
+        assert configuration.actions == configuration.validate_on == (out.name,)
+        of[out.name] = configuration
+    assert of["walking"] == arguments.parse(["tiny", "--action", "walking", "--out", "nowhere"])[0]
+    both = arguments.runs_of(*arguments.parse([*said, "--seeds", "0", "4"]))
+    assert [out.name for _, out in both] == ["eating-seed-0", "eating-seed-4", "walking-seed-0", "walking-seed-4"]
+    assert [configuration.seed for configuration, _ in both] == [0, 4, 0, 4]
+    with pytest.raises(ValueError, match=r"^--validate-on: with --apart, each model is validated on its own action"):
+        arguments.runs_of(*arguments.parse([*said, "--validate-on", "eating"]))
+
+
+def test_what_commands_refuse(run, tmp_path, capsys, monkeypatch):
+    monkeypatch.delenv("NPSS_H36M", raising=False)
+    for wrong, message in (
+        (
+            ["train", "tiny", "--out", tmp_path / "new"],
+            "--h36m DIR names the folder of Human3.6M; --data synthetic nee",
+        ),
+        (
+            ["predict", tmp_path / "nowhere", "--out", "x.h5"],
+            f"error: reading the run {tmp_path}/nowhere: there is no such folder",
+        ),
+        (
+            ["train", "tiny", "--data", "synthetic", "--device", "cpu", "--tf32", "--out", tmp_path / "new"],
+            "--tf32: needs a CUDA device",
+        ),
+        (["predict", run, "--out", tmp_path / "x.mat"], f"--out: expected a .h5 or .npz file, got {tmp_path}/x.mat"),
+        (["predict", run, "--out", tmp_path / "x.h5", "--seed", -1], "seed: expected an integer from 0 to 2**32 - 1"),
+        (["predict", run, "--out", tmp_path / "x.h5", "--actions", "eating"], "--h36m DIR names the folder"),
+    ):
+        assert command(*wrong) == 2
+        assert message in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+    assert not (tmp_path / "x.h5").exists()
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_terminals_and_no_others_see_how_far_it_is(tmp_path, capsys, monkeypatch, terminal):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: terminal)
+    trained(tmp_path, configured("--iterations", "2"))
+    said = capsys.readouterr()
+    assert ("2/2" in said.out and "loss=" in said.out) is terminal
+    assert terminal or said.out == said.err == ""
+
+
+def test_tensorboard_logs_what_the_table_holds(tmp_path):
+    pytest.importorskip("tensorboard")
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    out = tmp_path / "run"
+    assert command("train", "tiny", "--data", "synthetic", "--iterations", 2, "--out", out, "--tensorboard") == 0
+    events = EventAccumulator(str(out / "tensorboard")).Reload()
+    logged = [(event.step, event.value) for event in events.Scalars("npss_paper")]
+    with (out / trainer.METRICS).open(encoding="utf-8") as file:
+        rows = [(int(row["iteration"]), float(row["npss_paper"])) for row in csv.DictReader(file)]
+    assert logged == [(step, pytest.approx(value, rel=1e-6)) for step, value in rows]
+
+
+def test_real_motion(h36m_root, tmp_path, capsys):
+    out, file = tmp_path / "run", tmp_path / "samples.h5"
+    arguments = ["--actions", "walking", "eating", "--subjects", 1, "--validate-on", "eating", "--iterations", 2]
+    assert command("train", "tiny", "--h36m", h36m_root, *arguments, "--out", out) == 0
+    assert command("predict", out, "--h36m", h36m_root, "--out", file) == 0
+    pairs = {pair.name: pair for pair in read_poses(file)}
+    assert {name: pair.pred.shape for name, pair in pairs.items()} == dict.fromkeys(("eating", "walking"), (8, 100, 99))
+    tasks = {task.action: task for task in h36m_tasks(h36m_root, ["eating", "walking"])}
+    assert all(np.array_equal(pairs[name].gt, task.target) for name, task in tasks.items())
+    walking = runs.predictor_of(out, "walking", rng=np.random.default_rng(0))(tasks["walking"].seed, 100)
+    assert np.array_equal(pairs["walking"].pred, walking)
+    assert "protocol:validation-every-25|unwrap:off|actions:eating" in capsys.readouterr().out

@@ -1,0 +1,8 @@
+"""Files as Human3.6M has them."""
+
+import numpy as np
+
+
+def write(path, rows):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savetxt(path, rows, fmt="%.7f", delimiter=",")

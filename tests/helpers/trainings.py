@@ -1,0 +1,146 @@
+"""A model that is quick to train, its training, and what that comes to."""
+
+import argparse
+import os
+import signal
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+from safetensors.torch import load_file
+from torch import nn
+
+from npss.console import run
+from npss_baselines.commands import arguments, predict, train
+from npss_baselines.data import windows
+from npss_baselines.models import MODELS, ModelSpec
+from npss_baselines.models.base import POSE, MotionModel
+from npss_baselines.models.recipe import Recipe
+from npss_baselines.runs import config
+from npss_baselines.runs import run as runs
+from npss_baselines.training import trainer
+
+
+@dataclass(frozen=True)
+class TinyConfig:
+    """A model that is quick to train.
+
+    Attributes
+    ----------
+    units : int
+        Of its cell.
+    dropout : float
+        Of its input.
+    noise : float
+        Standard deviation of what is drawn for each sequence.
+    """
+
+    units: int = 6
+    dropout: float = 0.2
+    noise: float = 0.5
+
+
+class Tiny(MotionModel):
+    """A cell with dropout and noise, so that nothing repeats itself unless seeds do."""
+
+    def __init__(self, settings, n_actions):
+        super().__init__(n_actions)
+        self.noise = settings.noise
+        self.cell = nn.GRUCell(POSE + n_actions + 1, settings.units)
+        self.dropout = nn.Dropout(settings.dropout)
+        self.out = nn.Linear(settings.units, POSE)
+
+    def begin(self, label, n_steps):
+        noise = self.noise * torch.randn(len(label), 1, device=label.device)
+        return torch.cat([label, noise], 1), torch.zeros(len(label), self.cell.hidden_size, device=label.device)
+
+    def step(self, pose, state):
+        context, hidden = state
+        hidden = self.cell(torch.cat([self.dropout(pose), context], 1), hidden)
+        return self.out(hidden), (context, hidden)
+
+
+RECIPE = Recipe(
+    iterations=10,
+    batch=4,
+    n_seed=6,
+    n_target=4,
+    lr=1e-2,
+    lr_decay=0.5,
+    lr_milestones=(4, 8),
+    clip_norm=0.2,
+    closed_weight=((3, 0.5),),
+)
+TINY = ModelSpec("tiny", TinyConfig(), Tiny, RECIPE)
+
+
+def configured(*said):
+    return arguments.parse(["tiny", "--data", "synthetic", "--out", "nowhere", "--validate-every", "3", *said])[0]
+
+
+def trained(out, configuration, training_set=None):
+    """Train on few walkers, and return the rows."""
+    out.mkdir(exist_ok=True)
+    config.write(out / config.FILE, configuration, "cpu")
+    training_set = training_set or windows.synthetic_training_set(3, 60)
+    return trainer.train(configuration, training_set, windows.synthetic_validation(2), out)
+
+
+def outcome(out):
+    """What a run has come to, to the bit."""
+    checkpoint = torch.load(out / trainer.CHECKPOINT, weights_only=True)
+    return {
+        "weights": checkpoint["state_dict"],
+        "optimizer": checkpoint["optimizer_states"],
+        "iteration": checkpoint["global_step"],
+        "kept": load_file(out / runs.FILE),
+        "metrics": (out / trainer.METRICS).read_text(encoding="utf-8"),
+    }
+
+
+def same(first, second):
+    """Whether two outcomes are equal to the bit."""
+    if isinstance(first, dict):
+        return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
+    if isinstance(first, list | tuple):
+        return len(first) == len(second) and all(same(a, b) for a, b in zip(first, second, strict=True))
+    return torch.equal(first, second) if isinstance(first, torch.Tensor) else first == second
+
+
+def train_until_killed(out, configuration, moment, number):
+    """Train in a process of its own, which kills itself when something happens for the so-manieth time."""
+    MODELS["tiny"] = TINY
+    left = [number]
+
+    def die_in_time():
+        left[0] -= 1
+        if left[0] == 0:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    rename, zero_grad = Path.replace, torch.optim.Optimizer.zero_grad
+
+    def replace_file(part, target):
+        if moment == "writing":
+            if left[0] == 1:  # only half of it is there
+                os.truncate(part, part.stat().st_size // 2)
+            die_in_time()
+        rename(part, target)
+        if moment == "written":
+            die_in_time()
+
+    def begin_iteration(*arguments, **options):
+        if moment == "iteration":
+            die_in_time()
+        zero_grad(*arguments, **options)
+
+    Path.replace, torch.optim.Optimizer.zero_grad = replace_file, begin_iteration
+    trained(out, configuration)
+
+
+def command(*arguments):
+    """Run ``npss-baselines``."""
+    parser = argparse.ArgumentParser(prog="npss-baselines")
+    commands = parser.add_subparsers(required=True)
+    for module in (train, predict):
+        module.add_parser(commands)
+    return run(parser, [str(argument) for argument in arguments])

@@ -1,0 +1,48 @@
+"""JSON is read strictly, and named where it cannot be."""
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from npss.files._json import parse_json, read_json
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=10,
+)
+
+
+@given(VALUES)
+def test_what_json_writes_is_read(value):
+    assert parse_json(json.dumps(value)) == value
+
+
+@pytest.mark.parametrize("opening", ["[", '{"a":'])
+def test_nested_too_deep(tmp_path, opening):
+    path = tmp_path / "deep.json"
+    path.write_text(opening * 100_000, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"deep\.json: not JSON that can be read: nested too deep"):
+        read_json(path)
+
+
+def test_a_field_that_is_there_twice():
+    with pytest.raises(ValueError, match="the field 'b' is there twice"):
+        parse_json('[{"a": 1, "b": 2, "b": 2}]')
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1,]", "\ufeff[]", "1" * 10_000])
+def test_what_is_no_json(text):
+    with pytest.raises(ValueError, match="not JSON"):
+        parse_json(text)
+
+
+def test_files_with_a_mark(tmp_path):
+    path = tmp_path / "some.json"
+    path.write_bytes(b'\xef\xbb\xbf{"a": "\xc3\xbc"}')
+    assert read_json(path) == {"a": "ü"}
+    path.write_bytes("\ufeff[]".encode("utf-16-le"))
+    with pytest.raises(ValueError, match=r"some\.json: the text is UTF-16; save it as UTF-8"):
+        read_json(path)

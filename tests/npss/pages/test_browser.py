@@ -1,0 +1,527 @@
+"""The pages in a browser: they move, can be answered and read, and ask nothing of the network."""
+
+import json
+import shutil
+import time
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import Select, WebDriverWait
+
+from npss import gait, study
+from npss._pages import Figure, report_page, survey_page
+from npss.skeleton import H36M, poses_to_positions
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+DRIVER = shutil.which("chromedriver")
+pytestmark = pytest.mark.skipif(not (BROWSER and DRIVER), reason="needs Chromium and chromedriver")
+
+FLAGS = (
+    *("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"),
+    *("--disable-component-update", "--disable-sync", "--disable-quic"),
+)
+MODELS = ('Prior, "quoted"', "zweites Modell é", "Ultimate\u2028<b>")
+QUESTIONS = [
+    study.Question(1, 1, MODELS[0], MODELS[1]),
+    study.Question(2, 0, MODELS[2], MODELS[0]),
+    study.Question(3, 1, MODELS[1], MODELS[0]),
+]
+
+
+def walks(seed):
+    return poses_to_positions(gait.gait(2, 30, rng=np.random.default_rng(seed)))
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    options = webdriver.ChromeOptions()
+    options.binary_location = BROWSER
+    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(DRIVER))
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """Addresses of a survey and a report of generated motion."""
+    folder = tmp_path_factory.mktemp("pages")
+    survey = survey_page(walks(0), {m: walks(i + 1) for i, m in enumerate(MODELS)}, QUESTIONS, action="walking")
+    rows = "".join(
+        f"<tr><th>{name}</th>" + "<td>1.234</td>" * 9 + "</tr>" for name in ("a model with a long name", "another")
+    )
+    header = f"<tr><th>model</th>{''.join(f'<th>{80 * k} ms</th>' for k in range(9))}</tr>"
+    report = report_page(
+        title="Two models",
+        boards=[f'<table class="board"><thead>{header}</thead><tbody>{rows}</tbody></table>'],
+        notes=["A note."],
+        signatures=["npss|version:1|convention:paper|representation:euler|frames:100|fps:25|and:" + "x" * 80],
+        figures=[Figure("Title", '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 900 300"/>', "Caption.")],
+        findings=[("a model", ["It is slow.", "W" * 200])],
+        clips={
+            "walking": {"ground truth": walks(0), MODELS[0]: walks(1), MODELS[1]: walks(2)},
+            "eating": {"ground truth": walks(3)[:1, :20], MODELS[2]: walks(4)[:1, :20]},
+        },
+        fps=25,
+        skeleton=H36M,
+    )
+    addresses = {}
+    for name, html in (("survey", survey), ("report", report)):
+        path = folder / f"{name}.html"
+        path.write_text(html, encoding="utf-8")
+        addresses[name] = path.as_uri()
+    return addresses
+
+
+@pytest.fixture
+def open_page(browser, pages):
+    """Open a page as somebody would who has never seen it; afterwards, look at what it logged and asked for."""
+    scripts = []
+
+    def visit(name, *, width=1280, scale=1, scheme="light", motion="reduce", before=None):
+        browser.get_log("performance")
+        screen = {"width": width, "height": 800, "deviceScaleFactor": scale, "mobile": False}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+        media = {"prefers-color-scheme": scheme, "prefers-reduced-motion": motion}
+        features = [{"name": key, "value": value} for key, value in media.items()]
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+        browser.get("about:blank")
+        browser.execute_cdp_cmd("Storage.clearDataForOrigin", {"origin": "file://", "storageTypes": "all"})
+        if before:
+            script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": before})
+            scripts.append(script)
+        browser.get(pages[name])
+        wait_for_the_page(browser)
+        return browser
+
+    yield visit
+    for script in scripts:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
+    assert browser.get_log("browser") == []
+    events = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    requests = [event["params"] for event in events if event["method"] == "Network.requestWillBeSent"]
+    asked = [request["request"]["url"] for request in requests if request["documentURL"].startswith("file:")]
+    assert asked  # the page itself: requests are seen
+    assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
+
+
+def get(browser, selector):
+    return browser.find_element(By.CSS_SELECTOR, selector)
+
+
+def every(browser, selector):
+    return browser.find_elements(By.CSS_SELECTOR, selector)
+
+
+COPY = """
+const copy = (canvas) => {
+  // Pixels are read from a copy, for a page that is read from is drawn in another way.
+  const made = document.createElement('canvas');
+  [made.width, made.height] = [canvas.width, canvas.height];
+  made.getContext('2d', {willReadFrequently: true}).drawImage(canvas, 0, 0);
+  return made;
+};
+"""
+
+
+def pictures(browser):
+    """What is drawn on every canvas."""
+    script = "return [...document.querySelectorAll('canvas')].map((canvas) => copy(canvas).toDataURL())"
+    return browser.execute_script(COPY + script)
+
+
+def clock(browser):
+    return int(get(browser, ".controls output").text.split()[0])
+
+
+def wait(browser, condition):
+    return WebDriverWait(browser, 10, poll_frequency=0.05).until(condition)
+
+
+def wait_for_the_page(browser):
+    """Wait until it shows a title: a survey first looks for answers that it was given before."""
+    wait(browser, lambda b: any(title.is_displayed() for title in every(b, "h1")))
+
+
+def drag(browser, canvas, x, y):
+    ActionChains(browser, duration=50).drag_and_drop_by_offset(canvas, x, y).perform()
+
+
+def start(browser, participant="p1"):
+    get(browser, "#participant").send_keys(participant)
+    get(browser, "#start-form button").click()
+
+
+def answer(browser, choice):
+    get(browser, f"input[value={choice}]").click()
+    get(browser, "#next").click()
+
+
+def answer_all(browser):
+    """Choose A for every question from the present one on, by clicks of a script: quick."""
+    browser.execute_script(
+        """
+        while (!document.getElementById('question').hidden) {
+          document.querySelector('input[value=A]').click();
+          document.getElementById('next').click();
+        }
+        """
+    )
+
+
+def pause(browser):
+    button = get(browser, ".controls button")
+    if button.text == "Pause":
+        button.click()
+    return button
+
+
+def set_range(browser, selector, value):
+    script = "arguments[0].value = arguments[1]; arguments[0].dispatchEvent(new Event('input', {bubbles: true}))"
+    browser.execute_script(script, get(browser, selector), value)
+
+
+@pytest.mark.parametrize("page", ["survey", "report"])
+def test_figures_move_in_step_and_can_be_paused_and_scrubbed(open_page, page):
+    browser = open_page(page, motion="no-preference")
+    if page == "survey":
+        start(browser)
+    first = wait(browser, lambda b: clock(b) < 600 and pictures(b))
+    wait(browser, lambda b: all(now != then for now, then in zip(pictures(b), first, strict=True)))
+    button = pause(browser)
+    assert button.text == "Play"
+    time.sleep(0.15)
+    still, at = pictures(browser), clock(browser)
+    time.sleep(0.15)
+    assert (pictures(browser), clock(browser)) == (still, at)
+
+    slider = get(browser, ".time input")
+    slider.send_keys(Keys.END)
+    assert get(browser, ".controls output").text == "1200 of 1200 ms"
+    end = pictures(browser)
+    slider.send_keys(Keys.HOME)
+    assert clock(browser) == 40
+    assert all(one != other for one, other in zip(pictures(browser), end, strict=True))
+    slider.send_keys(Keys.ARROW_RIGHT)
+    assert clock(browser) == 80
+    assert slider.get_attribute("aria-valuetext") == "80 of 1200 ms"
+
+    slider.send_keys(Keys.END)
+    button.click()  # plays again from the beginning
+    wait(browser, lambda b: 40 < clock(b) < 1000)  # away from the first frame, to which Home then goes
+    assert button.text == "Pause"
+    slider.send_keys(Keys.HOME)  # scrubbing pauses
+    assert button.text == "Play"
+
+
+SAMPLES = """
+const done = arguments[0];
+let samples = [];
+requestAnimationFrame(function look(now) {
+  const shown = parseInt(document.querySelector('.controls output').value);
+  if (samples.length > 0 && shown < samples.at(-1)[1]) samples = []; // it began again
+  samples.push([now, shown]);
+  if (shown === 1200 && samples[0][1] < 400) done(samples);
+  else requestAnimationFrame(look);
+});
+"""
+
+
+def test_it_plays_at_its_rate_and_starts_again(open_page):
+    browser = open_page("survey", motion="no-preference")
+    start(browser)
+    # By the clock of the animation, so that a busy machine changes nothing. What a sample sees was drawn at its own
+    # time or at that of the one before, and each frame is shown for 40 ms.
+    samples = browser.execute_async_script(SAMPLES)
+    (t0, _), (t1, first) = samples[:2]
+    for (before, _), (now, shown) in pairwise(samples[1:]):
+        assert before - t1 - 40 < shown - first < now - t0 + 40
+    wait(browser, lambda b: clock(b) < 600)
+
+
+def test_turning_by_pointer_and_by_keys(open_page):
+    browser = open_page("report")
+    before = pictures(browser)
+    canvas = every(browser, "canvas")[1]
+    drag(browser, canvas, 60, 0)
+    turned = pictures(browser)
+    assert all(one != other for one, other in zip(turned, before, strict=True))
+    assert int(get(browser, ".view input").get_attribute("value")) == 80
+    drag(browser, canvas, 0, 40)
+    assert pictures(browser) != turned
+    view = get(browser, ".view input")
+    view.send_keys(Keys.HOME)
+    assert view.get_attribute("value") == "-180"
+    # A pointer that only passes over turns nothing.
+    seen = pictures(browser)
+    ActionChains(browser, duration=50).move_to_element(every(browser, "canvas")[0]).move_by_offset(30, 0).perform()
+    assert pictures(browser) == seen
+
+
+CENTROIDS = """
+const [canvas, names] = arguments;
+const [width, height] = [canvas.width, canvas.height];
+const pixels = copy(canvas).getContext('2d').getImageData(0, 0, width, height).data;
+return names.map((name) => {
+  const hex = getComputedStyle(canvas).getPropertyValue(`--${name}`).trim();
+  const colour = [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
+  let [count, x, y] = [0, 0, 0];
+  for (let i = 0; i < pixels.length; i += 4) {
+    if (pixels[i + 3] === 255 && colour.every((value, k) => Math.abs(pixels[i + k] - value) < 3)) {
+      count += 1;
+      x += (i / 4) % width;
+      y += Math.floor(i / 4 / width);
+    }
+  }
+  return [count, x / count / width, y / count / height];
+});
+"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_figures_stand_upright_with_left_and_right_in_colours_of_their_own(open_page, scheme):
+    browser = open_page("report", scheme=scheme, scale=2)
+    for canvas, kind in zip(every(browser, "canvas"), ("truth", "motion", "motion"), strict=True):
+        assert canvas.get_property("width") == 2 * canvas.get_property("clientWidth")  # sharp on such a screen
+        names = [f"{kind}-{side}" for side in ("left", "right", "centre")]
+        for view, sign in ((0, 1), (180, -1)):
+            set_range(browser, ".view input", view)
+            left, right, centre = browser.execute_script(COPY + CENTROIDS, canvas, names)
+            assert min(left[0], right[0], centre[0]) > 100
+            assert sign * (left[1] - right[1]) > 0.02  # one who faces the viewer has his left on the right
+            assert centre[2] < max(left[2], right[2])  # the spine is above the legs
+        other = "motion-left" if kind == "truth" else "truth-left"
+        ((count, _, _),) = browser.execute_script(COPY + CENTROIDS, canvas, [other])
+        assert count == 0
+
+
+@pytest.mark.parametrize("page", ["survey", "report"])
+def test_who_wants_less_motion_starts_it_himself(open_page, page):
+    browser = open_page(page, motion="reduce")
+    if page == "survey":
+        start(browser)
+    button = get(browser, ".controls button")
+    seen = pictures(browser)
+    time.sleep(0.2)
+    assert (button.text, clock(browser), pictures(browser)) == ("Play", 40, seen)
+    button.click()
+    wait(browser, lambda b: clock(b) > 200)
+
+
+@pytest.mark.parametrize("page", ["survey", "report"])
+@pytest.mark.parametrize("width", [360, 1280])
+def test_nothing_scrolls_sideways_but_tables_in_their_box(open_page, page, width):
+    browser = open_page(page, width=width)
+
+    def fits():
+        script = "const root = document.documentElement; return [innerWidth, root.scrollWidth, root.clientWidth]"
+        window, wide, room = browser.execute_script(script)
+        assert window == width
+        assert wide <= room
+
+    fits()
+    if page == "survey":
+        start(browser)
+        fits()
+        answer_all(browser)
+        fits()
+    else:
+        box = get(browser, ".scroll")
+        narrow = browser.execute_script("return arguments[0].scrollWidth > arguments[0].clientWidth", box)
+        assert narrow == (width == 360)
+        name = get(browser, ".board tbody th")
+        at = name.rect["x"]
+        browser.execute_script("arguments[0].scrollLeft = 100", box)
+        assert name.rect["x"] == at  # the models' names keep in sight
+        assert get(browser, ".gallery img").size["width"] <= width
+
+
+@pytest.mark.parametrize("page", ["survey", "report"])
+def test_controls_have_names(open_page, page):
+    browser = open_page(page)
+    if page == "survey":
+        start(browser)
+    shown = [e for e in every(browser, "button, input, select, canvas, progress, img, .scroll") if e.is_displayed()]
+    assert len(shown) > 6
+    assert [element.get_attribute("outerHTML") for element in shown if not element.accessible_name] == []
+
+
+def saved(browser, folder):
+    """Save the answers; return the file."""
+    behaviour = {"behavior": "allow", "downloadPath": str(folder)}
+    browser.execute_cdp_cmd("Browser.setDownloadBehavior", behaviour)
+    get(browser, "#save").click()
+    return wait(browser, lambda _: next((path for path in folder.glob("*.csv") if path.stat().st_size), None))
+
+
+def test_a_survey_is_blind_and_the_file_of_its_answers_right(open_page, tmp_path):
+    browser = open_page("survey")
+    start(browser, ' Zoë, "p1" ')
+    choices = ["B", "A", "B"]
+    for i, choice in enumerate(choices):
+        assert get(browser, "#number").text == f"Question {i + 1} of 3"
+        assert [caption.text for caption in every(browser, "figcaption")] == ["Ground truth", "A", "B"]
+        elements = browser.execute_script("return document.body.outerHTML")
+        assert not any(model.split()[0] in elements for model in MODELS)
+        answer(browser, choice)
+    assert get(browser, "#end").is_displayed()
+    path = saved(browser, tmp_path)
+    assert path.name == "answers-walking-Zoë-p1-.csv"
+    assert path.read_text(encoding="utf-8").splitlines()[0] == ",".join(
+        ("action", "question", "sequence", "model_a", "model_b", "participant", "choice")
+    )
+    votes = study.read_votes(path)
+    assert votes == [
+        study.Vote("walking", question, 'Zoë, "p1"', choice)
+        for question, choice in zip(QUESTIONS, choices, strict=True)
+    ]
+
+
+def test_a_question_shows_the_motions_it_is_about(open_page, browser):
+    open_page("survey")
+    start(browser)
+    truth, a, b = pictures(browser)
+    answer(browser, "A")
+    assert not {truth, a, b} & set(pictures(browser))
+    answer(browser, "A")
+    assert pictures(browser) == [truth, b, a]  # question 3 is question 1 with A and B changed
+
+
+def test_nobody_finishes_without_answering(open_page):
+    browser = open_page("survey")
+    get(browser, "#start-form button").click()
+    assert get(browser, "#start").is_displayed()
+    assert get(browser, "#start-alert").text == "Please give a name or number."
+    start(browser, "   ")
+    assert get(browser, "#start").is_displayed()
+    start(browser)
+    for i in range(len(QUESTIONS)):
+        get(browser, "#next").click()
+        assert get(browser, "#number").text == f"Question {i + 1} of 3"
+        assert get(browser, "#question-alert").text == "Please choose A or B."
+        assert get(browser, "#progress").get_property("value") == i
+        answer(browser, "A")
+    assert get(browser, "#end").is_displayed()
+
+
+def test_a_survey_by_keys_alone(open_page):
+    browser = open_page("survey")
+    keys = ActionChains(browser)
+    get(browser, "#participant").send_keys("p1", Keys.ENTER)
+    for i in range(len(QUESTIONS)):
+        assert browser.switch_to.active_element.text == f"Question {i + 1} of 3"
+        # Pause, time, view, and then the choice.
+        keys.send_keys(*[Keys.TAB] * 4, Keys.SPACE, Keys.ENTER).perform()
+    assert browser.switch_to.active_element.text == "Thank you"
+
+
+def test_answers_outlast_the_page(open_page):
+    browser = open_page("survey")
+    start(browser)
+    answer(browser, "B")
+    get(browser, "input[value=A]").click()  # chosen, not yet on to the next
+    browser.refresh()
+    wait_for_the_page(browser)
+    assert get(browser, "#number").text == "Question 3 of 3"
+    get(browser, "#question .back").click()
+    assert get(browser, "input[value=A]").is_selected()
+    get(browser, "#question .back").click()
+    assert get(browser, "input[value=B]").is_selected()
+    get(browser, "#question .back").click()
+    assert get(browser, "#participant").get_property("value") == "p1"
+
+
+def test_another_participant_starts_anew(open_page, tmp_path):
+    browser = open_page("survey")
+    start(browser)
+    answer_all(browser)
+    browser.refresh()
+    wait_for_the_page(browser)
+    assert get(browser, "#end").is_displayed()
+    get(browser, "#end .back").click()
+    assert get(browser, "#number").text == "Question 3 of 3"
+    answer(browser, "B")
+    get(browser, "#again").click()
+    assert get(browser, "#participant").get_property("value") == ""
+    start(browser, "p2")
+    assert get(browser, "#number").text == "Question 1 of 3"
+    assert every(browser, "input:checked") == []
+    answer_all(browser)
+    assert {(vote.participant, vote.choice) for vote in study.read_votes(saved(browser, tmp_path))} == {("p2", "A")}
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        "Object.defineProperty(window, 'indexedDB', {get() { throw new DOMException('refused'); }})",
+        "IDBObjectStore.prototype.get = () => { throw new DOMException('broken'); }",
+    ],
+    ids=["no database", "not readable"],
+)
+def test_a_survey_without_a_database(open_page, broken):
+    browser = open_page("survey", before=broken)
+    start(browser)
+    answer_all(browser)
+    assert get(browser, "#end").is_displayed()
+
+
+def test_a_report_shows_what_is_chosen(open_page):
+    browser = open_page("report")
+    assert [caption.text for caption in every(browser, ".panels figcaption")] == ["ground truth", *MODELS[:2]]
+    assert every(browser, ".panels figure")[0].get_attribute("class") == "truth"
+    first = pictures(browser)
+    action, sequence = (Select(get(browser, f"#{name}")) for name in ("action", "sequence"))
+    assert [option.text for option in action.options] == ["walking", "eating"]
+    assert [option.text for option in sequence.options] == ["0", "1"]
+    sequence.select_by_visible_text("1")
+    assert not set(pictures(browser)) & set(first)
+    action.select_by_visible_text("eating")
+    assert [option.text for option in sequence.options] == ["0"]
+    assert len(every(browser, "canvas")) == 2
+    assert get(browser, ".controls output").text == "40 of 800 ms"
+    action.select_by_visible_text("walking")
+    assert pictures(browser) == first
+
+
+def test_signatures_are_copied_or_selected(open_page):
+    browser = open_page("report")
+    signature = get(browser, ".signature code").text
+    copy = get(browser, "button.copy")
+    browser.execute_script("navigator.clipboard.writeText = async (text) => { window.copied = text; }")
+    copy.click()
+    wait(browser, lambda _: copy.text == "Copied")
+    assert browser.execute_script("return window.copied") == signature
+    browser.execute_script("navigator.clipboard.writeText = async () => { throw new DOMException('refused'); }")
+    copy.click()
+    wait(browser, lambda _: copy.text == "Selected")
+    assert browser.execute_script("return String(getSelection())").strip() == signature
+
+
+def test_a_report_without_motion(open_page, pages, tmp_path):
+    path = tmp_path / "bare.html"
+    parts = {"boards": [], "signatures": ["one"], "figures": [], "findings": [], "clips": {}}
+    path.write_text(report_page(title="Bare", fps=25, skeleton=H36M, **parts), encoding="utf-8")
+    pages["bare"] = path.as_uri()
+    browser = open_page("bare")
+    assert every(browser, "canvas") == []
+    get(browser, "button.copy").click()
+    wait(browser, lambda b: get(b, "button.copy").text != "Copy")
+
+
+def test_what_is_smuggled_in_does_not_run(open_page, pages, tmp_path, browser):
+    path = tmp_path / "smuggled.html"
+    parts = {"signatures": [], "figures": [], "findings": [], "clips": {}}
+    board = "<script>document.title = 'run'</script><img src='x' onerror=\"document.title = 'run'\">"
+    path.write_text(report_page(title="Safe", boards=[board], fps=25, skeleton=H36M, **parts), encoding="utf-8")
+    pages["smuggled"] = path.as_uri()
+    open_page("smuggled")
+    assert browser.title == "Safe"
+    assert any("Content Security Policy" in entry["message"] for entry in browser.get_log("browser"))

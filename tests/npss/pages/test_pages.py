@@ -1,0 +1,359 @@
+"""Pages of HTML, without a browser: what is in them, what is escaped, and bad input. See test_browser.py."""
+
+import base64
+import hashlib
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from npss import gait, study
+from npss._pages import Figure, report_page, survey, survey_page
+from npss.files._samples import read_poses
+from npss.skeleton import H36M, Skeleton, poses_to_positions
+
+EVIL = "</script><script>alert('&amp;')</script><!--\"\u2028{count}"
+
+
+class Page(HTMLParser):
+    """The tags of a page, its text and its data."""
+
+    def __init__(self, html):
+        super().__init__()
+        self.tags, self.texts, self.data, self.script, self._in = [], [], None, None, None
+        self.feed(html)
+        self.text = " ".join(self.texts)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        self._in = (tag, dict(attrs).get("id"))
+
+    def handle_endtag(self, tag):
+        self._in = None
+
+    def handle_data(self, data):
+        if self._in == ("script", "data"):
+            self.data = json.loads(data)
+        elif self._in == ("script", None):
+            self.script = data
+        elif self._in != ("style", None):
+            self.texts.append(data)
+
+    def attributes(self, tag):
+        return [attributes for name, attributes in self.tags if name == tag]
+
+
+def walks(n=2, n_frames=10, seed=0):
+    return poses_to_positions(gait.gait(n, n_frames, rng=np.random.default_rng(seed)))
+
+
+def unpack(text, joints):
+    return np.frombuffer(base64.b64decode(text), "<i2").reshape(-1, joints, 3)
+
+
+def require_motion(text, figure, positions, skeleton=H36M):
+    """Assert that packed motion, seen through the bones of the page, is these positions."""
+    joints = 1 + max(max(child, parent) for child, parent, _ in figure["bones"])
+    motion = unpack(text, joints)
+    assert len(figure["bones"]) == len(skeleton.bones)
+    for (child, parent, side), (true_child, true_parent) in zip(figure["bones"], skeleton.bones, strict=True):
+        assert side == skeleton.sides[true_child]
+        for joint, true_joint in ((child, true_child), (parent, true_parent)):
+            np.testing.assert_allclose(motion[:, joint], positions[:, true_joint], rtol=0, atol=0.5 + 1e-9)
+
+
+def questions():
+    return [
+        study.Question(1, 1, "model one", "model two"),
+        study.Question(2, 0, EVIL, "model one"),
+        study.Question(3, 1, "model one", "model two"),
+    ]
+
+
+def make_survey(asked=None, **options):
+    models = {"model one": walks(seed=1), "model two": walks(seed=2), EVIL: walks(seed=3)}
+    settings = {"action": "walking", **options}
+    return survey_page(walks(), models, questions() if asked is None else asked, **settings)
+
+
+def make_report(**parts):
+    empty = {"boards": [], "signatures": [], "figures": [], "findings": [], "clips": {}}
+    return report_page(**{"title": "A report", "fps": 25, "skeleton": H36M, **empty, **parts})
+
+
+PAGES = {
+    "survey": lambda: make_survey(action=EVIL),
+    "report": lambda: make_report(
+        title=EVIL,
+        boards=["<table class='board'><tr><td>1</td></tr></table>"],
+        signatures=[EVIL],
+        figures=[Figure(EVIL, f"<svg xmlns='http://www.w3.org/2000/svg'><!-- {EVIL} --></svg>", EVIL)],
+        findings=[(EVIL, [EVIL])],
+        clips={EVIL: {EVIL: walks()}},
+    ),
+}
+pages = pytest.mark.parametrize("html", [make() for make in PAGES.values()], ids=list(PAGES))
+
+
+@pages
+def test_names_cannot_break_out_of_their_place(html):
+    page = Page(html)
+    assert len(page.attributes("script")) == 2
+    assert "alert(" not in page.script
+    assert EVIL in page.text
+    assert EVIL in json.dumps(page.data, ensure_ascii=False).replace('\\"', '"')
+    assert not any(name.startswith("on") for _, attributes in page.tags for name in attributes)
+
+
+@pages
+def test_a_page_asks_nothing_of_the_network(html):
+    page = Page(html)
+    for _, attributes in page.tags:
+        for name in ("src", "href", "action", "data", "srcset"):
+            assert attributes.get(name, "data:").startswith(("data:", "#"))
+    assert not re.search(r"@import|url\(|fetch\(|XMLHttpRequest|https?://", html)
+    policy = next(a["content"] for a in page.attributes("meta") if a.get("http-equiv") == "Content-Security-Policy")
+    assert policy.startswith("default-src 'none';")
+    digest = base64.b64encode(hashlib.sha256(page.script.encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}';" in policy
+
+
+@pages
+def test_every_control_has_a_label(html):
+    page = Page(html)
+    labelled = {attributes["for"] for attributes in page.attributes("label") if "for" in attributes}
+    for tag in ("input", "select"):
+        for attributes in page.attributes(tag):
+            assert attributes.get("type") == "radio" or attributes["id"] in labelled
+    assert page.attributes("html") == [{"lang": "en"}]
+    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+
+
+def test_a_survey_holds_the_questions_and_their_motions():
+    data = Page(make_survey()).data
+    names = json.loads(base64.b64decode(data["key"]))
+    truth = walks()
+    models = {"model one": walks(seed=1), "model two": walks(seed=2), EVIL: walks(seed=3)}
+    assert data["figure"]["fps"] == 25
+    for kept, question in zip(data["questions"], questions(), strict=True):
+        assert (kept["number"], kept["sequence"]) == (question.number, question.sequence)
+        assert names[kept["model_a"]] == question.model_a
+        assert names[kept["model_b"]] == question.model_b
+        for place, motion in (("truth", truth), ("a", models[question.model_a]), ("b", models[question.model_b])):
+            require_motion(data["motions"][kept[place]], data["figure"], motion[question.sequence])
+    assert len(data["motions"]) == 6  # each once: the third question asks about the motions of the first
+
+
+def test_a_survey_is_blind():
+    html = make_survey()
+    assert "model one" not in html
+    assert "model two" not in html
+    assert "There are 3 questions" in Page(html).text
+
+
+def test_another_survey_has_another_place_for_its_answers():
+    ids = {
+        Page(html).data["id"]
+        for html in (
+            make_survey(),
+            make_survey(),
+            make_survey(questions()[:2]),
+            make_survey(action="eating"),
+            make_survey(fps=50),
+        )
+    }
+    assert len(ids) == 4
+
+
+def test_other_skeletons():
+    stick = Skeleton(["foot", "middle", "LeftEnd"], [-1, 0, 1], [[0, 0, 0], [0, 0, 0], [0, 1000, 0]])
+    motion = np.random.default_rng(0).normal(size=(1, 5, 3, 3)) * 1000
+    motion[:, :, 0] = motion[:, :, 1]
+    data = Page(make_report(clips={"a": {"truth": motion}}, skeleton=stick)).data
+    assert data["figure"]["bones"] == [[1, 0, "left"]]
+    require_motion(data["clips"][0]["motions"][0]["sequences"][0], data["figure"], motion[0], stick)
+
+
+def test_a_report_holds_its_parts():
+    clips = {"walking": {"ground truth": walks(), "a model": walks(seed=1)}, "eating": {"truth": walks(1, 7)}}
+    html = make_report(
+        boards=["<table class='board'><tr><td>first</td></tr></table>", "<table class='board'></table>"],
+        signatures=["npss|version:1|convention:paper|frames:100", "another"],
+        figures=[Figure("Spectra", "<svg>é</svg>", "What."), Figure("Errors", b"\x89PNG", "Why.")],
+        findings=[("a model", ["It is slow.", "It is late."]), ("another", [])],
+        clips=clips,
+    )
+    page = Page(html)
+    assert [a["id"] for a in page.attributes("section")] == [
+        *("leaderboard", "motion", "diagnosis", "pictures", "signatures", "cite"),
+    ]
+    assert len(page.attributes("table")) == 2
+    for text in ("npss|version:1|convention:paper|frames:100", "It is late.", "Why.", "Gopalakrishnan"):
+        assert text in page.text
+    svg, png = (attributes["src"] for attributes in page.attributes("img"))
+    assert base64.b64decode(svg.removeprefix("data:image/svg+xml;base64,")).decode() == "<svg>é</svg>"
+    assert base64.b64decode(png.removeprefix("data:image/png;base64,")) == b"\x89PNG"
+    assert [attributes["alt"] for attributes in page.attributes("img")] == ["Spectra", "Errors"]
+    assert [clip["name"] for clip in page.data["clips"]] == ["walking", "eating"]
+    for clip, labelled in zip(page.data["clips"], clips.values(), strict=True):
+        for kept, (label, motion) in zip(clip["motions"], labelled.items(), strict=True):
+            assert kept["label"] == label
+            for packed, positions in zip(kept["sequences"], motion, strict=True):
+                require_motion(packed, page.data["figure"], positions)
+
+
+def test_what_a_report_has_not_is_left_out():
+    page = Page(make_report())
+    assert [a["id"] for a in page.attributes("section")] == ["cite"]
+    assert "#motion" not in [a["href"] for a in page.attributes("a")]
+
+
+@pytest.mark.parametrize(
+    ("clips", "error", "message"),
+    [
+        ({"a": {}}, ValueError, r"clips\['a'\]: no motion"),
+        ({"a": {"t": walks(2), "m": walks(1)}}, ValueError, r"clips\['a'\]: its labels differ in .*: \[1, 2\]"),
+        ({"a": {"t": walks()[0]}}, ValueError, r"clips\['a'\]\['t'\]: expected shape \(N, T, 32, 3\), got"),
+        ({"a": {"t": walks()[:, :0]}}, ValueError, r"clips\['a'\]\['t'\]: no motion in an array of shape"),
+        ({"a": {"t": walks() * np.nan}}, ValueError, r"clips\['a'\]\['t'\]: nan at index"),
+        ({"a": {"t": walks() * 1000}}, ValueError, r"clips\['a'\]\['t'\]: a joint is .* mm from the origin"),
+        ({"a": {"t": walks() > 0}}, TypeError, r"clips\['a'\]\['t'\]: expected real numbers"),
+    ],
+)
+def test_bad_clips(clips, error, message):
+    with pytest.raises(error, match=f"^{message}"):
+        make_report(clips=clips)
+
+
+def test_bad_rate():
+    with pytest.raises(ValueError, match=r"^fps: expected a positive"):
+        make_report(fps=0)
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ([], "questions: expected at least one"),
+        (
+            [study.Question(1, 0, "model one", "model 2")],
+            r"questions: question 1: no predictions of 'model 2'; there are those",
+        ),
+        (
+            [study.Question(1, 0, "model one", "model one")],
+            r"questions: question 1: it compares 'model one' with itself",
+        ),
+        (
+            [*questions(), study.Question(4, 2, "model one", "model two")],
+            r"questions: question 4: no sequence 2; there are 2",
+        ),
+        ([study.Question(1, -1, "model one", "model two")], r"questions: question 1: no sequence -1"),
+        ([study.Question(1, 0.0, "model one", "model two")], r"questions: question 1: no sequence 0.0"),
+    ],
+)
+def test_bad_questions(asked, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        make_survey(asked)
+
+
+def test_bad_models():
+    with pytest.raises(
+        ValueError, match=r"^models\['a'\]: its shape \(1, 10, 32, 3\) differs from that of truth, \(2, "
+    ):
+        survey_page(walks(), {"a": walks(1), "b": walks()}, questions(), action="walking")
+
+
+def save(path, poses, action="walking", gt=None):
+    """Write a file of samples, ground truth from seed 0 unless told."""
+    truth = gait.gait(len(poses), poses.shape[1], rng=np.random.default_rng(0)) if gt is None else gt
+    arrays = {}
+    for i, (true, pred) in enumerate(zip(truth, poses, strict=True)):
+        arrays[f"expmap/gt/{action}_{i}"], arrays[f"expmap/preds/{action}_{i}"] = true, pred
+    np.savez(path, **arrays)
+
+
+def random_gait(seed, n=3):
+    return gait.gait(n, 10, rng=np.random.default_rng(seed))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    truth = random_gait(0)
+    save(tmp_path / "zero.npz", np.repeat(truth[:, :1], 10, axis=1), gt=truth)
+    save(tmp_path / "model.v2.npz", random_gait(1), gt=truth + 5e-4)
+    save(tmp_path / "other.npz", random_gait(2), gt=truth)
+    (tmp_path / "notes.txt").write_text("not read", encoding="utf-8")
+    return tmp_path
+
+
+def test_a_survey_of_a_folder(folder):
+    data = Page(survey(folder, n_questions=7, seed=3)).data
+    names = json.loads(base64.b64decode(data["key"]))
+    assert names == ["model.v2", "other", "zero"]
+    assert data["action"] == "walking"
+    # The same questions as drawn here.
+    expected = study.design(names, range(3), 7, rng=np.random.default_rng(3))
+    files = {name: read_poses(folder / f"{name}.npz")[0] for name in names}
+    for kept, question in zip(data["questions"], expected, strict=True):
+        asked = study.Question(kept["number"], kept["sequence"], names[kept["model_a"]], names[kept["model_b"]])
+        assert asked == question
+        motions = {
+            "truth": files["model.v2"].gt,
+            "a": files[question.model_a].pred,
+            "b": files[question.model_b].pred,
+        }
+        for place, poses in motions.items():
+            motion = poses_to_positions(poses[question.sequence])
+            require_motion(data["motions"][kept[place]], data["figure"], motion)
+    assert survey(folder, n_questions=7, seed=3, action="walking") == survey(folder, n_questions=7, seed=3)
+    assert survey(folder, n_questions=7, seed=3) != survey(folder, n_questions=7, seed=4)
+
+
+def test_a_folder_with_too_few_files(folder):
+    (folder / "zero.npz").unlink()
+    (folder / "other.npz").unlink()
+    with pytest.raises(ValueError, match=r"a survey compares two models or more; files of samples in it: 1$"):
+        survey(folder, n_questions=1, seed=0)
+    (folder / "model.v2.h5").write_bytes(b"")
+    with pytest.raises(ValueError, match=r"another file of a model 'model\.v2'"):
+        survey(folder, n_questions=1, seed=0)
+
+
+def test_the_action_of_a_survey(folder):
+    with pytest.raises(ValueError, match=r"^action: expected one of walking, which all files have, got 'eating'"):
+        survey(folder, n_questions=1, seed=0, action="eating")
+    save(folder / "third.npz", random_gait(3), action="eating")
+    with pytest.raises(ValueError, match=r": no action is in all of its files of samples"):
+        survey(folder, n_questions=1, seed=0)
+
+
+def test_an_action_is_not_guessed(tmp_path):
+    for name in ("one", "two"):
+        poses = {f"expmap/{kind}/{action}_0": random_gait(0)[0] for kind in ("gt", "preds") for action in "ab"}
+        np.savez(tmp_path / f"{name}.npz", **poses)
+    with pytest.raises(ValueError, match=r"^action: expected one of a, b, which all files have, got None"):
+        survey(tmp_path, n_questions=1, seed=0)
+    assert Page(survey(tmp_path, n_questions=1, seed=0, action="b")).data["action"] == "b"
+
+
+def test_ground_truths_that_differ(folder):
+    truth = random_gait(0)
+    truth[1, 5, 20] += 0.01
+    save(folder / "other.npz", random_gait(2), gt=truth)
+    with pytest.raises(ValueError, match=r"'model\.v2' and 'other' differ \(by up to 0\.0\d+, in sequence 1\)"):
+        survey(folder, n_questions=1, seed=0)
+
+
+def test_a_survey_of_real_predictions(samples_root, tmp_path):
+    path = samples_root / "wookay_walking_10000.h5"
+    (tmp_path / path.name).write_bytes(path.read_bytes())
+    real = read_poses(path)[0]
+    save(tmp_path / "zero-velocity.npz", np.repeat(real.gt[:, :1], 100, axis=1), gt=real.gt)
+    html = survey(tmp_path, n_questions=8, seed=0)
+    data = Page(html).data
+    assert len(html) < 26_000 * len(data["motions"]) + 60_000
+    for kept in data["questions"]:
+        motion = poses_to_positions(real.gt[kept["sequence"]])
+        require_motion(data["motions"][kept["truth"]], data["figure"], motion)

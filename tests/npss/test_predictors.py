@@ -1,0 +1,113 @@
+"""Predictors that need no training, against what they say they do."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from npss.predictors import PREDICTORS, repeat, running_average, zero_velocity
+
+
+def poses(n, n_seed, n_features, random_seed):
+    return np.random.default_rng(random_seed).normal(size=(n, n_seed, n_features)) * 100
+
+
+SEEDS = st.builds(poses, st.integers(1, 3), st.integers(50, 60), st.integers(1, 3), st.integers(0, 2**32 - 1))
+COUNTS = st.integers(1, 120)
+
+
+def test_names():
+    assert list(PREDICTORS) == ["zero-velocity", "running-average-2", "running-average-4", "repeat-50"]
+
+
+@pytest.mark.parametrize("name", PREDICTORS)
+class TestAll:
+    @given(seed=SEEDS, n_target=COUNTS)
+    def test_shape_and_that_the_seed_is_left_alone(self, name, seed, n_target):
+        copy = seed.copy()
+        predicted = PREDICTORS[name](seed, n_target)
+        assert predicted.shape == (len(seed), n_target, seed.shape[2])
+        predicted[...] = np.nan
+        assert np.array_equal(seed, copy)
+
+    @given(seed=SEEDS, n_target=COUNTS)
+    def test_a_still_seed_stays_still(self, name, seed, n_target):
+        still = np.repeat(seed[:, :1], 50, axis=1)
+        predicted = PREDICTORS[name](still, n_target)
+        np.testing.assert_allclose(predicted, np.repeat(still[:, :1], n_target, axis=1), rtol=1e-15)
+
+    @given(seed=SEEDS, n_target=COUNTS)
+    def test_a_shorter_prediction_is_the_beginning_of_a_longer_one(self, name, seed, n_target):
+        longer = PREDICTORS[name](seed, n_target + 7)
+        assert np.array_equal(PREDICTORS[name](seed, n_target), longer[:, :n_target])
+
+    @given(seed=SEEDS, n_target=COUNTS)
+    def test_only_the_last_50_frames_matter(self, name, seed, n_target):
+        assert np.array_equal(PREDICTORS[name](seed, n_target), PREDICTORS[name](seed[:, -50:], n_target))
+
+    @pytest.mark.parametrize(
+        ("dtype", "result"),
+        [(np.float32, np.float32), (np.float64, np.float64), (np.float16, np.float64), (np.int64, np.float64)],
+    )
+    def test_precision(self, name, dtype, result):
+        seed = np.ones((2, 50, 3), dtype)
+        predicted = PREDICTORS[name](seed, 4)
+        assert predicted.dtype == result
+        assert (predicted == 1).all()
+
+    @pytest.mark.parametrize(
+        ("error", "seed", "message"),
+        [
+            (ValueError, np.zeros((50, 3)), r"seed: expected shape \(N, S, D\).* got \(50, 3\)"),
+            (ValueError, np.zeros((2, 50, 0)), r"seed: expected shape \(N, S, D\).* got \(2, 50, 0\)"),
+            (ValueError, np.full((1, 50, 1), np.nan), r"seed: nan at index \(0, 0, 0\)"),
+            (TypeError, np.zeros((1, 50, 1), bool), "seed: expected real numbers, got booleans"),
+            (TypeError, np.ma.zeros((1, 50, 1)), "seed: masked arrays are refused"),
+        ],
+    )
+    def test_bad_seeds(self, name, error, seed, message):
+        with pytest.raises(error, match=message):
+            PREDICTORS[name](seed, 10)
+
+    @pytest.mark.parametrize(("error", "n_target"), [(ValueError, 0), (ValueError, -3), (TypeError, 2.0)])
+    def test_bad_numbers_of_frames(self, name, error, n_target):
+        with pytest.raises(error, match=r"^n_target: expected a positive integer"):
+            PREDICTORS[name](np.zeros((1, 50, 1)), n_target)
+
+
+@pytest.mark.parametrize(("name", "frames"), [("running-average-2", 2), ("running-average-4", 4), ("repeat-50", 50)])
+def test_the_seed_may_be_just_long_enough(name, frames):
+    PREDICTORS[name](np.zeros((1, frames, 1)), 1)
+    with pytest.raises(ValueError, match=f"seed: {frames - 1} frames, but the predictor uses the last {frames}"):
+        PREDICTORS[name](np.zeros((1, frames - 1, 1)), 1)
+
+
+@given(SEEDS, COUNTS)
+def test_zero_velocity_holds_the_last_frame(seed, n_target):
+    assert np.array_equal(zero_velocity(seed, n_target), np.repeat(seed[:, -1:], n_target, axis=1))
+
+
+@given(SEEDS, COUNTS, st.integers(1, 5))
+def test_running_average_holds_the_mean(seed, n_target, frames):
+    mean = sum(seed[:, -k] for k in range(1, frames + 1)) / frames
+    predicted = running_average(seed, n_target, frames=frames)
+    np.testing.assert_allclose(predicted, np.repeat(mean[:, np.newaxis], n_target, axis=1), rtol=1e-12, atol=1e-9)
+
+
+def test_running_average_of_float32_is_rounded_once():
+    seed = np.array([1, 1 + 2**-23, 1 + 2**-23, 1 + 2**-23], np.float32).reshape(1, 4, 1)
+    assert running_average(seed, 1, frames=4)[0, 0, 0] == np.float32(1 + 2**-23)
+
+
+@given(SEEDS, st.integers(1, 50), st.integers(1, 3))
+def test_a_periodic_motion_is_predicted_by_repeating_it(seed, period, times):
+    motion = np.tile(seed[:, -period:], (1, times + 1, 1))
+    seen, future = motion[:, :period], motion[:, period:]
+    assert np.array_equal(repeat(seen, period * times, frames=period), future)
+
+
+@pytest.mark.parametrize("predictor", [running_average, repeat])
+@pytest.mark.parametrize(("error", "frames"), [(ValueError, 0), (TypeError, 1.0)])
+def test_bad_options(predictor, error, frames):
+    with pytest.raises(error, match=r"^frames: expected a positive integer"):
+        predictor(np.zeros((1, 50, 1)), 1, frames=frames)

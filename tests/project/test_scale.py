@@ -1,0 +1,50 @@
+"""The programs of docs/scale, run as they are printed: real processes, the bits of one pass."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import npss
+
+PAGE = Path(__file__).parents[2] / "docs" / "scale.md"
+NEEDS = {"concurrent.futures": "numpy", "dask": "distributed", "torch.distributed": "torch"}
+
+
+def programs():
+    if not PAGE.exists():
+        return {}
+    sections = re.findall(
+        r"^## `?([\w.]+)`?.*?^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S
+    )
+    return dict(sections)
+
+
+@pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
+def test_the_page_has_the_three():
+    assert programs().keys() == NEEDS.keys()
+
+
+@pytest.mark.parametrize("name", programs())
+def test_gives_the_bits_of_one_pass(name, tmp_path):
+    pytest.importorskip(NEEDS[name])
+    program = tmp_path / "program.py"
+    program.write_text(programs()[name], encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, str(program)],
+        capture_output=True,
+        encoding="utf-8",
+        cwd=tmp_path,
+        timeout=240,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )
+    assert done.returncode == 0, done.stderr
+    gt, pred = np.random.default_rng(0).normal(size=(2, 40, 50, 6)).cumsum(axis=2)
+    convention = "released" if name == "concurrent.futures" else "paper"
+    score = npss.score(gt, pred, convention=convention)
+    assert f"{{'npss': {score!r}, 'sequences': 40, 'features': 6," in done.stdout
+    assert f"convention:{convention}|frames:50" in done.stdout
