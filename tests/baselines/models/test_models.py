@@ -560,7 +560,7 @@ def test_bad_fields_are_refused_by_name(config, fields, error):
 
 
 def test_a_command_that_needs_no_model_needs_no_torch():
-    code = "import sys; from npss_baselines.models import parameters; print('torch' in sys.modules)"
+    code = "import sys; from npss_baselines.commands import params; print('torch' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True)
     assert done.stdout.strip() == "False"
     with pytest.raises(AttributeError, match="no attribute 'MODEL'"):
