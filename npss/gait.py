@@ -10,7 +10,7 @@ import numpy as np
 
 from npss.protocol import COLUMNS, FPS
 from npss.rotations._poses import POSE
-from npss.validation import Float64, positive_integer, positive_number
+from npss.validation import Float64, Seed, generator, positive_integer, positive_number, renamed
 
 _ROOT = 6  # columns 0-2: displacement of the root since the frame before, in mm; 3-5: its rotation
 # What swings most, by column: mean angle, amplitude at the stride's frequency and at its double (radians), and by how
@@ -39,7 +39,8 @@ _SWINGS = {
 }
 
 
-def gait(n: int, n_frames: int, *, fps: float = FPS, rng: np.random.Generator) -> Float64:
+@renamed(rng="seed")
+def gait(n: int, n_frames: int, *, fps: float = FPS, seed: Seed) -> Float64:
     """Generate walks, each of another walker.
 
     Parameters
@@ -50,8 +51,8 @@ def gait(n: int, n_frames: int, *, fps: float = FPS, rng: np.random.Generator) -
         Frames of each.
     fps : float, optional
         Frames per second.
-    rng : Generator
-        Where the randomness comes from; with the same seed, the same walks.
+    seed : int or numpy.random.Generator
+        Where randomness comes from; with the same number, the same walks.
 
     Returns
     -------
@@ -62,22 +63,21 @@ def gait(n: int, n_frames: int, *, fps: float = FPS, rng: np.random.Generator) -
     Raises
     ------
     TypeError
-        If a number is not one, or `rng` is not a `numpy.random.Generator`.
+        If a number is not one, or `seed` is neither a whole number nor a generator.
     ValueError
-        If a number is not positive.
+        If a number is not positive, or `seed` is negative.
 
     Examples
     --------
     >>> import numpy as np
-    >>> walks = gait(2, 100, rng=np.random.default_rng(0))
+    >>> walks = gait(2, 100, seed=0)
     >>> walks.shape
     (2, 100, 99)
     >>> tuple(np.flatnonzero(walks.any(axis=(0, 1)))) == COLUMNS
     True
     """
     n, n_frames, rate = positive_integer("n", n), positive_integer("n_frames", n_frames), positive_number("fps", fps)
-    if not isinstance(rng, np.random.Generator):
-        raise TypeError(f"rng: expected a numpy.random.Generator, got {rng!r}")
+    rng = generator(seed)
     time = np.arange(n_frames) / rate
     cadence = rng.uniform(0.75, 1.05, (n, 1))  # strides per second
     tempo = cadence * (1 + 0.1 * _drift(rng, n, time))

@@ -9,20 +9,21 @@ import numpy as np
 import numpy.typing as npt
 
 from npss.rotations._forms import result_dtype
-from npss.validation import Array, check_finite, positive_integer, real_array
+from npss.validation import Array, check_finite, positive_integer, real_array, renamed
 
 __all__ = ["PREDICTORS", "Predictor", "repeat", "running_average", "zero_velocity"]
 
-#: ``predictor(seed, n_target)``: poses ``(N, S, D)`` and how many to predict, to poses ``(N, n_target, D)``.
+#: ``predictor(seed_frames, n_target)``: poses ``(N, S, D)`` and how many to predict, to poses ``(N, n_target, D)``.
 Predictor = Callable[[npt.ArrayLike, int], Array]
 
 
-def zero_velocity(seed: npt.ArrayLike, n_target: int) -> Array:
+@renamed(seed="seed_frames")
+def zero_velocity(seed_frames: npt.ArrayLike, n_target: int) -> Array:
     """Hold the last seed frame.
 
     Parameters
     ----------
-    seed : (N, S, D) array_like
+    seed_frames : (N, S, D) array_like
         The frames that the predictor sees, in any representation.
     n_target : int
         Frames to predict.
@@ -35,9 +36,9 @@ def zero_velocity(seed: npt.ArrayLike, n_target: int) -> Array:
     Raises
     ------
     TypeError
-        If `seed` does not hold real numbers, or `n_target` is not an integer.
+        If `seed_frames` does not hold real numbers, or `n_target` is not an integer.
     ValueError
-        If the shape of `seed` is not ``(N, S, D)``, a value is NaN or infinite, or `n_target` is not positive.
+        If the shape of `seed_frames` is not ``(N, S, D)``, a value is NaN or infinite, or `n_target` is not positive.
 
     References
     ----------
@@ -48,15 +49,16 @@ def zero_velocity(seed: npt.ArrayLike, n_target: int) -> Array:
     >>> zero_velocity([[[1.0], [2.0]]], 3).tolist()
     [[[2.0], [2.0], [2.0]]]
     """
-    return running_average(seed, n_target, frames=1)
+    return running_average(seed_frames, n_target, frames=1)
 
 
-def running_average(seed: npt.ArrayLike, n_target: int, *, frames: int) -> Array:
+@renamed(seed="seed_frames")
+def running_average(seed_frames: npt.ArrayLike, n_target: int, *, frames: int) -> Array:
     """Hold the mean of the last seed frames.
 
     Parameters
     ----------
-    seed : (N, S, D) array_like
+    seed_frames : (N, S, D) array_like
         The frames that the predictor sees, in a representation that may be averaged.
     n_target : int
         Frames to predict.
@@ -82,17 +84,18 @@ def running_average(seed: npt.ArrayLike, n_target: int, *, frames: int) -> Array
     >>> running_average([[[1.0], [2.0]]], 3, frames=2).tolist()
     [[[1.5], [1.5], [1.5]]]
     """
-    last = _last(seed, frames)
+    last = _last(seed_frames, frames)
     mean = last.mean(axis=1, dtype=np.float64, keepdims=True).astype(last.dtype)
     return np.repeat(mean, positive_integer("n_target", n_target), axis=1)
 
 
-def repeat(seed: npt.ArrayLike, n_target: int, *, frames: int = 50) -> Array:
+@renamed(seed="seed_frames")
+def repeat(seed_frames: npt.ArrayLike, n_target: int, *, frames: int = 50) -> Array:
     """Play the last seed frames again, and again.
 
     Parameters
     ----------
-    seed : (N, S, D) array_like
+    seed_frames : (N, S, D) array_like
         The frames that the predictor sees, in any representation.
     n_target : int
         Frames to predict.
@@ -114,19 +117,19 @@ def repeat(seed: npt.ArrayLike, n_target: int, *, frames: int = 50) -> Array:
     >>> repeat([[[1.0], [2.0], [3.0]]], 5, frames=2).tolist()
     [[[2.0], [3.0], [2.0], [3.0], [2.0]]]
     """
-    last = _last(seed, frames)
+    last = _last(seed_frames, frames)
     return last[:, np.arange(positive_integer("n_target", n_target)) % last.shape[1]]
 
 
-def _last(seed: npt.ArrayLike, frames: int) -> Array:
+def _last(seed_frames: npt.ArrayLike, frames: int) -> Array:
     """Read the last seed frames."""
     frames = positive_integer("frames", frames)
-    array = real_array("seed", seed)
+    array = real_array("seed_frames", seed_frames)
     if array.ndim != 3 or array.size == 0:
-        raise ValueError(f"seed: expected shape (N, S, D) = (sequences, frames, features), got {array.shape}")
+        raise ValueError(f"seed_frames: expected shape (N, S, D) = (sequences, frames, features), got {array.shape}")
     if array.shape[1] < frames:
-        raise ValueError(f"seed: {array.shape[1]} frames, but the predictor uses the last {frames}")
-    check_finite("seed", array)
+        raise ValueError(f"seed_frames: {array.shape[1]} frames, but the predictor uses the last {frames}")
+    check_finite("seed_frames", array)
     return array[:, -frames:].astype(result_dtype(array))
 
 

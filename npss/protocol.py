@@ -115,7 +115,7 @@ class Window(NamedTuple):
     Examples
     --------
     >>> window = Window(clip=0, start=1087, n_seed=50, n_target=100)
-    >>> window.seed, window.target
+    >>> window.seed_frames, window.target
     (slice(1087, 1137, None), slice(1137, 1237, None))
     """
 
@@ -125,14 +125,14 @@ class Window(NamedTuple):
     n_target: int
 
     @property
-    def seed(self) -> slice:
+    def seed_frames(self) -> slice:
         """The frames that the predictor sees."""
         return slice(self.start, self.start + self.n_seed)
 
     @property
     def target(self) -> slice:
         """The frames that it is to predict."""
-        return slice(self.seed.stop, self.seed.stop + self.n_target)
+        return slice(self.seed_frames.stop, self.seed_frames.stop + self.n_target)
 
 
 def srnn_windows(
@@ -438,7 +438,7 @@ def ms_to_frames(at_ms: Iterable[float], *, fps: float = FPS) -> list[int]:
     ValueError: at_ms: 100 ms is not a whole number of frames at 25 frames per second; nearest: 80 and 120 ms
     """
     rate = positive_number("fps", fps)
-    return [whole_frames("at_ms", time, rate, first=1, per_second=1000) - 1 for time in each("at_ms", at_ms)]
+    return [whole_frames("at_ms", time, rate, first=1) - 1 for time in each("at_ms", at_ms)]
 
 
 def frames_to_ms(frames: Iterable[int], *, fps: float = FPS) -> list[float]:

@@ -19,13 +19,14 @@ from npss._metric.signature import parse_signature, signature, stated_of, stated
 from npss.console._progress import Progress
 from npss.console._tables import markdown_text, table
 from npss.rotations._unwrap import unwrap
-from npss.validation import Float64, motion_pair, positive_number
+from npss.validation import Float64, motion_pair, positive_number, renamed
 
 __all__ = ["Groups", "Record", "measure", "signature_of", "summary"]
 
 Record = dict[str, Any]
 
 
+@renamed(seed="seed_frames", edges_s="edges_ms")
 def measure(
     gt: npt.ArrayLike,
     pred: npt.ArrayLike,
@@ -33,9 +34,9 @@ def measure(
     conventions: Sequence[str] = tuple(CONVENTIONS),
     fps: float | None = None,
     at_ms: Sequence[int] = (),
-    edges_s: Sequence[float] = (),
+    edges_ms: Sequence[float] = (),
     unwrapped: str = "off",
-    seed: npt.ArrayLike | None = None,
+    seed_frames: npt.ArrayLike | None = None,
     workers: int = 1,
     sequences: bool = False,
     groups: Iterable[Label | None] | None = None,
@@ -51,14 +52,14 @@ def measure(
     conventions : sequence of str, optional
         Conventions to score by.
     fps : float, optional
-        Frames per second; needed for `at_ms` and `edges_s`.
+        Frames per second; needed for `at_ms` and `edges_ms`.
     at_ms : sequence of int, optional
         Times of the Euler error, in milliseconds; none, and it is left out.
-    edges_s : sequence of float, optional
-        Edges of the windows that are scored too, in seconds; none, and they are left out.
+    edges_ms : sequence of float, optional
+        Edges of the windows that are scored too, in milliseconds; none, and they are left out.
     unwrapped : {'off', 'target', 'seed'}, optional
         Remove jumps of 2 pi before NPSS (never for the Euler error): over the target alone, or from the seed on.
-    seed : array_like, optional
+    seed_frames : array_like, optional
         The seed frames, for ``unwrapped='seed'``.
     workers : int, optional
         As for `score`.
@@ -109,8 +110,8 @@ def measure(
             stated |= {"columns": "gt", "average": "at"} | ({"still": int(still.sum())} if still.any() else {})
             metric = "npss+euler_error"
     if unwrapped != "off":
-        start = seed if unwrapped == "seed" else None
-        gt, pred = unwrap(gt, seed=start), unwrap(pred, seed=start)
+        start = seed_frames if unwrapped == "seed" else None
+        gt, pred = unwrap(gt, seed_frames=start), unwrap(pred, seed_frames=start)
     record["npss"] = {}
     for name in conventions:
         with Progress(f"NPSS {name}") as progress:
@@ -121,9 +122,9 @@ def measure(
         alone["npss"] = {name: np.nan_to_num(one.per_sequence).tolist() for name, one in reports.items()}
         alone["weight"] = {name: one.weight.sum(axis=1).tolist() for name, one in reports.items()}
         record["sequences"] = alone
-    if edges_s:
+    if edges_ms:
         record["npss_windows"] = {
-            name: score_windows(gt, pred, fps=_needed(fps), edges_s=edges_s, convention=name, workers=workers)
+            name: score_windows(gt, pred, fps=_needed(fps), edges_ms=edges_ms, convention=name, workers=workers)
             for name in conventions
         }
     named = conventions[0] if len(conventions) == 1 else tuple(conventions)

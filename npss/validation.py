@@ -6,18 +6,23 @@ have to be guessed; name the argument, the shape and the first bad index; never 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any, TypeGuard, TypeVar
+from collections.abc import Callable, Iterable, Mapping
+from functools import wraps
+from typing import Any, ParamSpec, TypeAlias, TypeGuard, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 Item = TypeVar("Item")
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 
 #: Any array of real numbers, of whatever precision.
 Array = npt.NDArray[Any]
 #: An array of float64.
 Float64 = npt.NDArray[np.float64]
+#: What randomness comes from: a whole number from 0 on, for the same draws each time, or a generator, which moves on.
+Seed: TypeAlias = "int | np.random.Generator"  # as text: `import numpy` alone does not import numpy.random
 
 _BLOCK = 2**20  # values checked at once
 
@@ -187,3 +192,62 @@ def positive_integer(name: str, value: object) -> int:
     if value <= 0:
         raise ValueError(f"{name}: expected a positive integer, got {value!r}")
     return int(value)
+
+
+def generator(seed: Seed) -> np.random.Generator:
+    """Return the generator that a seed stands for: a new one for a whole number, or the one that was given.
+
+    Parameters
+    ----------
+    seed : int or numpy.random.Generator
+        A whole number from 0 on, or a generator, whose state moves on with each draw.
+
+    Raises
+    ------
+    TypeError
+        If it is neither.
+    ValueError
+        If the number is negative.
+
+    Examples
+    --------
+    >>> float(generator(0).random()) == float(np.random.default_rng(0).random())
+    True
+    """
+    if isinstance(seed, np.random.Generator):
+        return seed
+    if not is_integer(seed):
+        raise TypeError(f"seed: expected a whole number or a numpy.random.Generator, got {seed!r}")
+    if seed < 0:
+        raise ValueError(f"seed: expected a whole number from 0 on, got {seed}")
+    return np.random.default_rng(int(seed))
+
+
+def renamed(**names: str) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
+    """Refuse the former names of a function's arguments, with an error that gives the present ones.
+
+    Parameters
+    ----------
+    **names : str
+        The present name of each argument, by its former one.
+
+    Examples
+    --------
+    >>> @renamed(rng="seed")
+    ... def draw(*, seed=0): ...
+    >>> draw(rng=1)
+    Traceback (most recent call last):
+    TypeError: draw() has no argument 'rng': it is called 'seed'
+    """
+
+    def decorate(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+        @wraps(function)
+        def call(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+            for former, present in names.items():
+                if former in kwargs:
+                    raise TypeError(f"{function.__name__}() has no argument {former!r}: it is called {present!r}")
+            return function(*args, **kwargs)
+
+        return call
+
+    return decorate

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from npss.validation import Float64, is_integer, is_real
+from npss.validation import Float64, Seed, generator, is_real
 
 #: How an interval was made, in words that a table can print.
 METHOD = "studentised bootstrap over blocks"
@@ -13,7 +13,7 @@ _BLOCK = 2**20  # draws at once
 
 
 def bootstrap_interval(
-    numerator: Float64, denominator: Float64, *, level: float = 0.95, seed: int = 0, resamples: int = RESAMPLES
+    numerator: Float64, denominator: Float64, *, level: float = 0.95, seed: Seed = 0, resamples: int = RESAMPLES
 ) -> tuple[Float64, Float64]:
     """Return where the quotient of two sums over blocks lies, as far as the blocks tell.
 
@@ -29,7 +29,7 @@ def bootstrap_interval(
         Of the same shape. Blocks with 0 in every row do not count, and are not drawn.
     level : float, optional
         Share of such intervals that should hold the true value.
-    seed : int, optional
+    seed : int or numpy.random.Generator, optional
         Of the generator that draws.
     resamples : int, optional
         How often is drawn.
@@ -42,14 +42,14 @@ def bootstrap_interval(
     Raises
     ------
     TypeError, ValueError
-        If the level is not between 0 and 1, or the seed is not a whole number from 0 on.
+        If the level is not between 0 and 1, or the seed is neither a whole number from 0 on nor a generator.
 
     References
     ----------
     B. Efron and R. J. Tibshirani, "An Introduction to the Bootstrap", 1993, section 12.5.
     """
     tail = (1 - checked_level(level)) / 2
-    rng = np.random.default_rng(checked_seed(seed))
+    rng = generator(seed)
     counts = denominator.any(axis=tuple(range(denominator.ndim - 1)))
     numerator, denominator = numerator[..., counts], denominator[..., counts]
     n = numerator.shape[-1]
@@ -95,10 +95,6 @@ def checked_level(level: object) -> float:
     return float(level)
 
 
-def checked_seed(seed: object) -> int:
-    """Read the seed of a generator, a whole number from 0 on."""
-    if not is_integer(seed):
-        raise TypeError(f"seed: expected a whole number, got {seed!r}")
-    if seed < 0:
-        raise ValueError(f"seed: expected a whole number from 0 on, got {seed}")
-    return int(seed)
+def seed_text(seed: Seed) -> str:
+    """Say what seeded a generator, in words that a table can print."""
+    return "a generator of your own" if isinstance(seed, np.random.Generator) else f"seed {seed}"

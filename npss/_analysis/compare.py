@@ -20,7 +20,7 @@ from npss._metric.fields import Value
 from npss._metric.frames import whole_frames
 from npss._metric.score import quotient, weighted_sums
 from npss._metric.signature import signature, stated_with
-from npss.validation import Float64, motion_array, motion_pair, one_of, positive_number
+from npss.validation import Float64, Seed, motion_array, motion_pair, one_of, positive_number
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -118,7 +118,7 @@ def compare(
     fps: float | None = None,
     at_ms: float | None = None,
     groups: Iterable[Label | None] | None = None,
-    seed: int = 0,
+    seed: Seed = 0,
     extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Comparison:
@@ -146,7 +146,7 @@ def compare(
         A label for each sequence, as for `report`: those of equal label depend on each other and are exchanged
         together; those of None count for the two scores alone. By default each sequence is assumed to be independent
         of the others.
-    seed : int, optional
+    seed : int or numpy.random.Generator, optional
         Of the generator that draws exchanges, where not all are tried.
     extra : mapping of str to str, int, float or bool; optional
         Fields of one's own that the signature states.
@@ -204,7 +204,7 @@ def compare(
     if metric == "euler_error":
         if rate is None or at_ms is None:
             raise ValueError("at_ms: the Euler error is one of a time: give fps and at_ms")
-        frame = whole_frames("at_ms", at_ms, rate, first=1, last=truth.shape[1], per_second=1000) - 1
+        frame = whole_frames("at_ms", at_ms, rate, first=1, last=truth.shape[1]) - 1
         known |= {"at_ms": at_ms, "columns": "gt", "average": "at"}
     stated = stated_with(compare, context, extra, **known)
     meaning = signature(chosen if metric == "npss" else None, metric=metric, **stated)

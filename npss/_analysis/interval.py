@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from npss._analysis.blocks import Blocks, counted
-from npss._analysis.bootstrap import METHOD, RESAMPLES, bootstrap_interval, checked_level, checked_seed
-from npss.validation import Float64
+from npss._analysis.bootstrap import METHOD, RESAMPLES, bootstrap_interval, checked_level, seed_text
+from npss.validation import Float64, Seed, generator
 
 #: Blocks from which on there is an interval.
 MIN_BLOCKS_OF_INTERVAL = 10
@@ -59,7 +59,7 @@ class Range(NamedTuple):
 
 
 def ends(
-    numerator: Float64, denominator: Float64, blocks: Blocks, *, level: float = 0.95, seed: int = 0
+    numerator: Float64, denominator: Float64, blocks: Blocks, *, level: float = 0.95, seed: Seed = 0
 ) -> tuple[Float64, Float64]:
     """Return the ends of intervals of quotients of two sums, or of ranges where blocks are too few for intervals.
 
@@ -69,7 +69,7 @@ def ends(
         What each of the N sequences adds to the two sums.
     blocks : Blocks
         Of the sequences; those that are in none do not count.
-    level, seed : float, int
+    level, seed : float, int or numpy.random.Generator
         As for `bootstrap_interval`; a range has none.
 
     Returns
@@ -82,7 +82,7 @@ def ends(
         As `bootstrap_interval`.
     """
     checked_level(level)
-    checked_seed(seed)
+    generator(seed)
     numerator, denominator = blocks.sums(numerator), blocks.sums(denominator)
     if blocks.n >= MIN_BLOCKS_OF_INTERVAL:
         return bootstrap_interval(numerator, denominator, level=level, seed=seed)
@@ -92,7 +92,7 @@ def ends(
 
 
 def interval(
-    numerator: Float64, denominator: Float64, blocks: Blocks, *, level: float = 0.95, seed: int = 0
+    numerator: Float64, denominator: Float64, blocks: Blocks, *, level: float = 0.95, seed: Seed = 0
 ) -> Interval | Range:
     """Return the interval of one quotient, or its range."""
     low, high = ends(numerator, denominator, blocks, level=level, seed=seed)
@@ -100,8 +100,8 @@ def interval(
     return kind(float(low), float(high))
 
 
-def method(blocks: Blocks, *, level: float = 0.95, seed: int = 0) -> str:
+def method(blocks: Blocks, *, level: float = 0.95, seed: Seed = 0) -> str:
     """Say how the ends were made."""
     if blocks.n >= MIN_BLOCKS_OF_INTERVAL:
-        return f"{100 * level:.4g} %, {METHOD}, {RESAMPLES} resamples, seed {seed}"
+        return f"{100 * level:.4g} %, {METHOD}, {RESAMPLES} resamples, {seed_text(seed)}"
     return f"range of {counted(blocks.n, 'block')}, too few for an interval"

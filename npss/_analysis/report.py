@@ -17,7 +17,7 @@ from npss._metric.kernel import blocks, tile
 from npss._metric.score import score
 from npss._metric.signature import signature, stated_with
 from npss.console._tables import table
-from npss.validation import Array, Float64, each, motion_pair, positive_number
+from npss.validation import Array, Float64, Seed, each, motion_pair, positive_number
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -85,7 +85,7 @@ class Report:
         blocks = self._blocks
         return float(np.divide(*map(blocks.inside, self._sums()))) if blocks.left_out else self.score
 
-    def interval(self, *, level: float = 0.95, seed: int = 0) -> Interval | Range:
+    def interval(self, *, level: float = 0.95, seed: Seed = 0) -> Interval | Range:
         """Return where the score would lie on other blocks of the same kind, as far as the blocks tell.
 
         From ten blocks on, a confidence interval by the studentised bootstrap over blocks, with 9999 resamples. Fewer
@@ -97,7 +97,7 @@ class Report:
         ----------
         level : float, optional
             Share of such intervals that should hold the score of infinitely many blocks; a range has none.
-        seed : int, optional
+        seed : int or numpy.random.Generator, optional
             Of the generator that resamples.
 
         Returns
@@ -109,7 +109,7 @@ class Report:
         Raises
         ------
         TypeError, ValueError
-            If the level is not between 0 and 1, or the seed is not a whole number from 0 on.
+            If the level is not between 0 and 1, or the seed is neither a whole number from 0 on nor a generator.
         """
         return interval(*self._sums(), self._blocks, level=level, seed=seed)
 

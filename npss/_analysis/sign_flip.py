@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from npss._analysis.bootstrap import checked_level, checked_seed
-from npss.validation import Float64
+from npss._analysis.bootstrap import checked_level
+from npss.validation import Float64, Seed, generator
 
 EXACT_UP_TO = 16  # blocks; beyond, exchanges are drawn
 #: Blocks from which on there is a p-value: of fewer, the smallest possible one is above .05.
@@ -40,7 +40,7 @@ class SignFlips(NamedTuple):
         return float(np.sort(self.low)[rank]), float(np.sort(self.high)[::-1][rank])
 
 
-def sign_flips(difference: Float64, weight: Float64, *, seed: int = 0) -> SignFlips:
+def sign_flips(difference: Float64, weight: Float64, *, seed: Seed = 0) -> SignFlips:
     """Exchange the models in every set of blocks, or, if they are many, in sets drawn at random.
 
     Parameters
@@ -49,13 +49,13 @@ def sign_flips(difference: Float64, weight: Float64, *, seed: int = 0) -> SignFl
         What each block adds to the difference of the two numerators; rounding counts as none, see `settled`.
     weight : (N,) ndarray of float64
         What each adds to the denominator, which they share; positive.
-    seed : int, optional
+    seed : int or numpy.random.Generator, optional
         Of the generator that draws the sets.
 
     Raises
     ------
     TypeError, ValueError
-        If the seed is not a whole number from 0 on.
+        If the seed is neither a whole number from 0 on nor a generator.
 
     References
     ----------
@@ -64,7 +64,7 @@ def sign_flips(difference: Float64, weight: Float64, *, seed: int = 0) -> SignFl
     """
     n = len(difference)
     exact = n <= EXACT_UP_TO
-    rng = np.random.default_rng(checked_seed(seed))
+    rng = generator(seed)
     difference = settled(difference, weight)
     n_sets = 2 ** (n - 1) if exact else SAMPLES + 1
     terms = np.stack([difference, np.abs(difference), weight], axis=1)

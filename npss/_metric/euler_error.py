@@ -82,7 +82,7 @@ def euler_error(
     truth, prediction = motion_pair(gt, pred)
     frames: dict[float, int] = {}
     for time in each("at_ms", at_ms):
-        count = whole_frames("at_ms", time, rate, first=1, last=truth.shape[-2], per_second=1000)
+        count = whole_frames("at_ms", time, rate, first=1, last=truth.shape[-2])
         frames[int(time) if time == int(time) else float(time)] = count
     curve = _curve(truth, prediction, columns)
     if average == "at":

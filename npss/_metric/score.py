@@ -12,7 +12,7 @@ from npss._metric.convention import Convention, as_convention
 from npss._metric.exact_sum import exact_sum
 from npss._metric.frames import whole_frames
 from npss._metric.kernel import Block, blocks, tile
-from npss.validation import Array, check_finite, each, is_integer, motion_pair, positive_number
+from npss.validation import Array, check_finite, each, is_integer, motion_pair, positive_number, renamed
 
 
 def score(gt: npt.ArrayLike, pred: npt.ArrayLike, *, convention: str | Convention = "paper", workers: int = 1) -> float:
@@ -79,12 +79,13 @@ def score(gt: npt.ArrayLike, pred: npt.ArrayLike, *, convention: str | Conventio
     return quotient(*weighted_sums(truth, prediction, as_convention(convention), workers=workers))
 
 
+@renamed(edges_s="edges_ms")
 def score_windows(
     gt: npt.ArrayLike,
     pred: npt.ArrayLike,
     *,
     fps: float,
-    edges_s: Sequence[float] = (0, 1, 2, 4),
+    edges_ms: Sequence[float] = (0, 1000, 2000, 4000),
     convention: str | Convention = "paper",
     workers: int = 1,
 ) -> dict[str, float]:
@@ -99,8 +100,8 @@ def score_windows(
         As for `score`.
     fps : float
         Frames per second.
-    edges_s : sequence of float, optional
-        Where windows begin and end, in seconds from the first predicted frame; increasing.
+    edges_ms : sequence of float, optional
+        Where windows begin and end, in milliseconds from the first predicted frame; increasing.
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `score`.
     workers : int, optional
@@ -109,7 +110,7 @@ def score_windows(
     Returns
     -------
     dict of str to float
-        The score of each window, under the name ``'0-1'`` for that from 0 to 1 s.
+        The score of each window, under its name in seconds: ``'0-1'`` for that from 0 to 1000 ms.
 
     Raises
     ------
@@ -132,17 +133,17 @@ def score_windows(
     chosen = as_convention(convention)
     n_frames = truth.shape[-2]
     rate = positive_number("fps", fps)
-    edges = each("edges_s", edges_s)
+    edges = each("edges_ms", edges_ms)
     if len(edges) < 2:
-        raise ValueError(f"edges_s: expected at least two edges, got {edges_s!r}")
-    frames = [whole_frames("edges_s", edge, rate, last=n_frames) for edge in edges]
+        raise ValueError(f"edges_ms: expected at least two edges, got {edges_ms!r}")
+    frames = [whole_frames("edges_ms", edge, rate, last=n_frames) for edge in edges]
     check_finite("gt", truth)  # here, so that the index is that of the whole motion, not of a window
     check_finite("pred", prediction)
     scores: dict[str, float] = {}
     for begin, end, start, stop in zip(edges, edges[1:], frames, frames[1:], strict=False):
-        name = f"{begin:g}-{end:g}"
+        name = f"{begin / 1000:g}-{end / 1000:g}"
         if stop <= start:
-            raise ValueError(f"edges_s: {end:g} s does not come after {begin:g} s")
+            raise ValueError(f"edges_ms: {end:g} ms does not come after {begin:g} ms")
         where = f" in the window {name} s"
         sums = weighted_sums(
             truth[..., start:stop, :], prediction[..., start:stop, :], chosen, workers=workers, where=where

@@ -10,7 +10,6 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 import numpy.typing as npt
 
 from npss._pages._html import figure, pack, page, positions_array, resource
@@ -19,14 +18,14 @@ from npss.files._samples import Pair
 from npss.protocol import FPS
 from npss.ranking._submissions import naming, read_submissions
 from npss.skeleton import H36M, Skeleton, poses_to_positions
-from npss.validation import is_integer
+from npss.validation import Seed, is_integer
 
 if TYPE_CHECKING:
     from npss.study import Question
 
 
 def survey(
-    directory: Path, *, n_questions: int, seed: int, action: str | None = None, max_size: float = MAX_SIZE
+    directory: Path, *, n_questions: int, seed: Seed, action: str | None = None, max_size: float = MAX_SIZE
 ) -> str:
     """Make the survey about the predictions of several models for one action.
 
@@ -37,7 +36,7 @@ def survey(
         numbered from 0 on in the order of their indices.
     n_questions : int
         How many questions: see `npss.study.design`, which draws them.
-    seed : int
+    seed : int or numpy.random.Generator
         Of the generator that draws them.
     action : str, optional
         What the predictions are of; may be left out if the files have a single action in common.
@@ -66,7 +65,7 @@ def survey(
 
     from npss import study  # imported late: it is large
 
-    questions = study.design(list(pairs), range(len(truth)), n_questions, rng=np.random.default_rng(seed))
+    questions = study.design(list(pairs), range(len(truth)), n_questions, seed=seed)
     motions = {}
     for model, pair in pairs.items():
         with naming(model, chosen):

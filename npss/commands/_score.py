@@ -53,7 +53,12 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--protocol", help="state in the signature which test windows these are")
     parser.add_argument("--fps", type=float, help="give the frames per second, which the signature states")
     parser.add_argument(
-        "--windows", type=float, nargs="+", default=(), metavar="S", help="score windows with these edges in seconds"
+        "--edges-ms",
+        type=float,
+        nargs="+",
+        default=(),
+        metavar="MS",
+        help="score windows, too, with these edges in milliseconds",
     )
     parser.add_argument(
         "--at-ms",
@@ -128,7 +133,7 @@ def _record(
             conventions=(options.convention,) if options.convention else tuple(CONVENTIONS),
             fps=fps,
             at_ms=times,
-            edges_s=options.windows,
+            edges_ms=options.edges_ms,
             unwrapped=options.unwrap,
             workers=options.workers,
             frames=n_frames,

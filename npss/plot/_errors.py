@@ -16,7 +16,7 @@ from npss._metric.signature import signature, stated_with
 from npss.plot.style import COLOURS, DASHES, GREY, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
 from npss.protocol import SLICES_MS
 from npss.ranking._names import model_name
-from npss.validation import Float64, positive_number
+from npss.validation import Float64, Seed, positive_number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +30,7 @@ def errors(
     fps: float,
     groups: Iterable[Label | None] | None = None,
     level: float = 0.95,
-    seed: int = 0,
+    seed: Seed = 0,
     extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Figure:
@@ -53,7 +53,7 @@ def errors(
         The block of each sequence, as for `npss.report`; by default each sequence is assumed to be its own.
     level : float, optional
         Of the confidence bands.
-    seed : int, optional
+    seed : int or numpy.random.Generator, optional
         Of the generator that resamples.
     extra : mapping of str to str, int, float or bool; optional
         Fields of one's own that the signature states.

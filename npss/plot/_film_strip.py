@@ -92,7 +92,7 @@ def film_strip(
     drawn = []
     for name, positions in motions.items():
         array = _positions(f"motions[{name!r}]", positions, len(skeleton.names))
-        frames = [whole_frames("at_ms", time, rate, first=1, last=len(array), per_second=1000) - 1 for time in times]
+        frames = [whole_frames("at_ms", time, rate, first=1, last=len(array)) - 1 for time in times]
         drawn.append(array[frames] - array[frames][:, [skeleton.parents.index(-1)]])
     across, upwards, depth = _view(np.stack(drawn), up, math.radians(azimuth))  # each (motions, times, J)
 

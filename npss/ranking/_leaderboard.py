@@ -18,7 +18,7 @@ from npss.ranking._results import Result, result_of_report, results_of_record
 from npss.ranking._standings import check_truths, notes, standings
 from npss.ranking._submissions import MEASURED, read_all
 from npss.records import Record
-from npss.validation import each, positive_number
+from npss.validation import Seed, each, positive_number
 
 if TYPE_CHECKING:
     from npss.ranking._frame import Leaderboard
@@ -36,7 +36,7 @@ def leaderboard(
     groups: Mapping[str, Iterable[Label | None]] | Iterable[Label | None] | None = None,
     methods: Mapping[str, Sequence[str]] | None = None,
     level: float = 0.95,
-    seed: int = 0,
+    seed: Seed = 0,
     extra: Mapping[str, Value] | None = None,
     max_size: float = MAX_SIZE,
     **context: Value,
@@ -64,7 +64,7 @@ def leaderboard(
         sequence, and the method stands in their place, with the spread over its seeds beside it. Three or more each.
     level : float, optional
         Of the confidence intervals; a difference is marked at 1 minus it.
-    seed : int, optional
+    seed : int or numpy.random.Generator, optional
         Of the generators behind intervals and tests.
     extra : mapping of str to str, int, float or bool; optional
         Fields of one's own that the signatures of numbers measured from files state.

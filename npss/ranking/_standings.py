@@ -10,13 +10,13 @@ from itertools import combinations
 import numpy as np
 
 from npss._analysis.blocks import INFERRED, Blocks, counted
-from npss._analysis.bootstrap import METHOD, RESAMPLES, checked_level
+from npss._analysis.bootstrap import METHOD, RESAMPLES, checked_level, seed_text
 from npss._analysis.fingerprint import differing
 from npss._analysis.interval import FOUND, MIN_BLOCKS_OF_INTERVAL, ends
 from npss._analysis.sign_flip import EXACT_UP_TO, MIN_BLOCKS_OF_TEST, SAMPLES, settled, sign_flips
 from npss._analysis.ties import tied
 from npss.ranking._results import EULER, Result
-from npss.validation import Float64
+from npss.validation import Float64, Seed
 
 #: What marks a number that is worse than the best by more than chance.
 MARK = "†"
@@ -40,7 +40,7 @@ class Standing:
     p_value: float | None = None  # of the difference from the best, corrected for how many models there are
 
 
-def standings(results: Sequence[Result], *, level: float = 0.95, seed: int = 0) -> list[Standing]:
+def standings(results: Sequence[Result], *, level: float = 0.95, seed: Seed = 0) -> list[Standing]:
     """Rank results among those of the same action and column, each with its interval.
 
     Raises
@@ -59,7 +59,7 @@ def standings(results: Sequence[Result], *, level: float = 0.95, seed: int = 0) 
     return [standing for column in columns.values() for standing in _column(column, level, seed)]
 
 
-def _column(results: list[Result], level: float, seed: int) -> list[Standing]:
+def _column(results: list[Result], level: float, seed: Seed) -> list[Standing]:
     first = results[0]
     where = f"{first.action or 'all'}, {first.column}"
     for other in results[1:]:
@@ -128,7 +128,7 @@ def _check_blocks(results: Sequence[Result], where: str) -> None:
             )
 
 
-def _intervals(results: Sequence[Result], level: float, seed: int) -> dict[str, tuple[float, float]]:
+def _intervals(results: Sequence[Result], level: float, seed: Seed) -> dict[str, tuple[float, float]]:
     """Return the interval of each model of which the sequences are known; the same blocks are drawn for all."""
     known = [result for result in results if result.numerator is not None]
     if not known:
@@ -162,7 +162,7 @@ def _behind(result: Result, leader: Result) -> tuple[int, int] | None:
     return None if parts is None else (int((settled(*parts) > 0).sum()), len(parts[0]))
 
 
-def _p_values(results: Sequence[Result], seed: int) -> dict[frozenset[str], float | None]:
+def _p_values(results: Sequence[Result], seed: Seed) -> dict[frozenset[str], float | None]:
     """Return the p-value of every two results of which the sequences are known, by Holm's correction.
 
     None, of fewer blocks than can show a difference.
@@ -217,7 +217,7 @@ def check_truths(results: Iterable[Result]) -> None:
         )
 
 
-def notes(found: Sequence[Standing], *, level: float = 0.95, seed: int = 0) -> list[str]:
+def notes(found: Sequence[Standing], *, level: float = 0.95, seed: Seed = 0) -> list[str]:
     """Say in words how intervals, marks and ranks were made, and where chance cannot be told from difference."""
     own = [standing for standing in found if not standing.result.source]
     tested = [standing for standing in own if standing.result.weight is not None]
@@ -250,14 +250,14 @@ def _still(tested: Sequence[Standing]) -> list[str]:
     ]
 
 
-def _of_chance(tested: Sequence[Standing], aside: str, level: float, seed: int) -> list[str]:
+def _of_chance(tested: Sequence[Standing], aside: str, level: float, seed: Seed) -> list[str]:
     """Say what the numbers beside values are, of each action, and what is inferred."""
     by_action: dict[str, list[Standing]] = {}
     for standing in tested:
         by_action.setdefault(standing.result.action, []).append(standing)
     lines = []
     if any(not standing.is_range for standing in tested):
-        lines.append(f"Intervals: {100 * level:g} %, {METHOD}, {RESAMPLES} resamples, seed {seed}; {FOUND}.")
+        lines.append(f"Intervals: {100 * level:g} %, {METHOD}, {RESAMPLES} resamples, {seed_text(seed)}; {FOUND}.")
     if any(standing.is_range for standing in tested):
         lines.append(
             "Range: the lowest and the highest score of a block, of fewer than "

@@ -7,12 +7,13 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from npss.validation import Array, Float64, check_finite, motion_array
+from npss.validation import Array, Float64, check_finite, motion_array, renamed
 
 _LARGEST = 1e12  # radians, of which float64 still resolves 1e-4
 
 
-def unwrap(angles: npt.ArrayLike, *, seed: npt.ArrayLike | None = None) -> Float64:
+@renamed(seed="seed_frames")
+def unwrap(angles: npt.ArrayLike, *, seed_frames: npt.ArrayLike | None = None) -> Float64:
     """Remove jumps of 2 pi along the frames, so that an angle that passes pi goes on instead of starting again.
 
     A wrap is a jump in the numbers where the motion has none, and every convention of NPSS counts it. It matters: on
@@ -25,7 +26,7 @@ def unwrap(angles: npt.ArrayLike, *, seed: npt.ArrayLike | None = None) -> Float
     ----------
     angles : (N, T, D) or (T, D) array_like
         Angles in radians.
-    seed : (N, S, D) or (S, D) array_like, optional
+    seed_frames : (N, S, D) or (S, D) array_like, optional
         The frames before them, in radians. Without, the unwrapping starts at the first frame of `angles`;
         with it, at the first frame of the seed, and the angles continue it.
 
@@ -50,16 +51,16 @@ def unwrap(angles: npt.ArrayLike, *, seed: npt.ArrayLike | None = None) -> Float
     >>> npss.unwrap([[3.0], [-3.0]]).round(2)
     array([[3.  ],
            [3.28]])
-    >>> npss.unwrap([[-3.0]], seed=[[3.0]]).round(2)
+    >>> npss.unwrap([[-3.0]], seed_frames=[[3.0]]).round(2)
     array([[3.28]])
     """
     frames = _angles("angles", angles)
-    if seed is None:
+    if seed_frames is None:
         return _unwrap(frames)
-    before = _angles("seed", seed)
+    before = _angles("seed_frames", seed_frames)
     if (before.ndim, *before.shape[:-2], before.shape[-1]) != (frames.ndim, *frames.shape[:-2], frames.shape[-1]):
         raise ValueError(
-            f"seed: its shape {before.shape} may differ from that of angles, {frames.shape}, in the frames alone"
+            f"seed_frames: its shape {before.shape} may differ from that of angles, {frames.shape}, in the frames alone"
         )
     return _unwrap(np.concatenate([before, frames], axis=-2))[..., before.shape[-2] :, :]
 

@@ -6,9 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-import numpy as np
-
-from npss.validation import each, is_integer, positive_integer
+from npss.validation import Seed, each, generator, is_integer, positive_integer, renamed
 
 
 @dataclass(frozen=True)
@@ -37,9 +35,8 @@ class Question:
     model_b: str
 
 
-def design(
-    models: Sequence[str], sequences: Sequence[int], n_questions: int, *, rng: np.random.Generator
-) -> list[Question]:
+@renamed(rng="seed")
+def design(models: Sequence[str], sequences: Sequence[int], n_questions: int, *, seed: Seed) -> list[Question]:
     """Draw the questions of a survey about one action, as the NPSS paper did.
 
     All unordered pairs of models are dealt in random order without replacement; when they are used up, which the
@@ -53,8 +50,8 @@ def design(
         The sequences that may be shown, such as ``range(8)``.
     n_questions : int
         How many questions; 20 in the paper.
-    rng : numpy.random.Generator
-        Where the draws come from.
+    seed : int or numpy.random.Generator
+        Where randomness comes from; with the same number, the same questions.
 
     Returns
     -------
@@ -72,9 +69,8 @@ def design(
 
     Examples
     --------
-    >>> import numpy as np
     >>> from npss import study
-    >>> survey = study.design(["GRU-d", "VGRU-d", "VGRU-ac"], range(8), 20, rng=np.random.default_rng(0))
+    >>> survey = study.design(["GRU-d", "VGRU-d", "VGRU-ac"], range(8), 20, seed=0)
     >>> survey[0]
     Question(number=1, sequence=6, model_a='VGRU-d', model_b='VGRU-ac')
     """
@@ -87,7 +83,7 @@ def design(
         if len(values) < least or len(set(values)) < len(values):
             raise ValueError(f"{argument}: expected {least} or more, each once, got {values}")
     count = positive_integer("n_questions", n_questions)
-    generator(rng)
+    rng = generator(seed)
     pairs = list(combinations(names, 2))
     dealt: list[tuple[str, str]] = []
     while len(dealt) < count:
@@ -98,12 +94,6 @@ def design(
         sequence = int(shown[rng.integers(len(shown))])
         questions.append(Question(number, sequence, pair[left], pair[1 - left]))
     return questions
-
-
-def generator(rng: object) -> None:
-    """Raise a TypeError unless it is a generator of random numbers."""
-    if not isinstance(rng, np.random.Generator):
-        raise TypeError(f"rng: expected a numpy.random.Generator, such as numpy.random.default_rng(0), got {rng!r}")
 
 
 def _name(name: object) -> str:

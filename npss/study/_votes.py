@@ -6,10 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from npss.study._design import Question, generator
-from npss.validation import is_real, positive_integer
+from npss.study._design import Question
+from npss.validation import Seed, generator, is_real, positive_integer, renamed
 
 #: What a participant may answer: the motion on the left, the one on the right, or neither.
 CHOICES = ("A", "B", "tie")
@@ -75,13 +73,14 @@ class Count:
         return "tie" if self.a == self.b else "A" if self.a > self.b else "B"
 
 
+@renamed(rng="seed")
 def simulate_votes(
     questions: Sequence[Question],
     strengths: Mapping[str, float],
     n_participants: int,
     *,
     action: str,
-    rng: np.random.Generator,
+    seed: Seed,
 ) -> list[Vote]:
     """Make up the votes of a study, to try the way from votes to tests: no participant was asked.
 
@@ -98,8 +97,8 @@ def simulate_votes(
         How many participants answer all questions.
     action : str
         What the votes name as the action.
-    rng : numpy.random.Generator
-        Where the draws come from.
+    seed : int or numpy.random.Generator
+        Where randomness comes from; with the same number, the same votes.
 
     Returns
     -------
@@ -117,16 +116,14 @@ def simulate_votes(
 
     Examples
     --------
-    >>> import numpy as np
     >>> from npss import study
-    >>> rng = np.random.default_rng(0)
-    >>> survey = study.design(["GRU-d", "VGRU-d"], range(8), 3, rng=rng)
-    >>> votes = study.simulate_votes(survey, {"GRU-d": 0.0, "VGRU-d": 1.0}, 20, action="walking", rng=rng)
+    >>> survey = study.design(["GRU-d", "VGRU-d"], range(8), 3, seed=0)
+    >>> votes = study.simulate_votes(survey, {"GRU-d": 0.0, "VGRU-d": 1.0}, 20, action="walking", seed=1)
     >>> len(votes), votes[0].participant
     (60, 'p1')
     """
     participants = [f"p{i}" for i in range(1, positive_integer("n_participants", n_participants) + 1)]
-    generator(rng)
+    rng = generator(seed)
     for question in questions:
         for model in (question.model_a, question.model_b):
             if not is_real(strengths.get(model)) or not math.isfinite(strengths[model]):

@@ -58,11 +58,11 @@ class TestAll:
     @pytest.mark.parametrize(
         ("error", "seed", "message"),
         [
-            (ValueError, np.zeros((50, 3)), r"seed: expected shape \(N, S, D\).* got \(50, 3\)"),
-            (ValueError, np.zeros((2, 50, 0)), r"seed: expected shape \(N, S, D\).* got \(2, 50, 0\)"),
-            (ValueError, np.full((1, 50, 1), np.nan), r"seed: nan at index \(0, 0, 0\)"),
-            (TypeError, np.zeros((1, 50, 1), bool), "seed: expected real numbers, got booleans"),
-            (TypeError, np.ma.zeros((1, 50, 1)), "seed: masked arrays are refused"),
+            (ValueError, np.zeros((50, 3)), r"seed_frames: expected shape \(N, S, D\).* got \(50, 3\)"),
+            (ValueError, np.zeros((2, 50, 0)), r"seed_frames: expected shape \(N, S, D\).* got \(2, 50, 0\)"),
+            (ValueError, np.full((1, 50, 1), np.nan), r"seed_frames: nan at index \(0, 0, 0\)"),
+            (TypeError, np.zeros((1, 50, 1), bool), "seed_frames: expected real numbers, got booleans"),
+            (TypeError, np.ma.zeros((1, 50, 1)), "seed_frames: masked arrays are refused"),
         ],
     )
     def test_bad_seeds(self, name, error, seed, message):
@@ -78,7 +78,7 @@ class TestAll:
 @pytest.mark.parametrize(("name", "frames"), [("running-average-2", 2), ("running-average-4", 4), ("repeat-50", 50)])
 def test_the_seed_may_be_just_long_enough(name, frames):
     PREDICTORS[name](np.zeros((1, frames, 1)), 1)
-    with pytest.raises(ValueError, match=f"seed: {frames - 1} frames, but the predictor uses the last {frames}"):
+    with pytest.raises(ValueError, match=f"seed_frames: {frames - 1} frames, but the predictor uses the last {frames}"):
         PREDICTORS[name](np.zeros((1, frames - 1, 1)), 1)
 
 

@@ -79,7 +79,7 @@ class TestWindows:
 
     def test_slices(self):
         window = srnn_windows((1500, 1261))[0]
-        assert window.seed == slice(1087, 1137)
+        assert window.seed_frames == slice(1087, 1137)
         assert window.target == slice(1137, 1237)
 
     def test_the_first_random_windows_hold_the_eight(self):
@@ -93,7 +93,7 @@ class TestWindows:
         for i, window in enumerate(random_windows(lengths)):
             boundary = generator.randint(16, lengths[i % 2] - 150) + 50
             assert window.clip == i % 2
-            assert (window.seed.start, window.seed.stop) == (boundary - 10, boundary)
+            assert (window.seed_frames.start, window.seed_frames.stop) == (boundary - 10, boundary)
             assert (window.target.start, window.target.stop) == (boundary, boundary + 25)
         assert i == 255
 
@@ -101,7 +101,9 @@ class TestWindows:
     def test_the_boundaries_do_not_depend_on_how_much_is_seen_and_predicted(self, lengths, n_seed, n_target):
         for draw in (srnn_windows, random_windows):
             windows = draw(lengths, n_seed=n_seed, n_target=n_target)
-            assert [window.seed.stop for window in windows] == [window.seed.stop for window in draw(lengths)]
+            assert [window.seed_frames.stop for window in windows] == [
+                window.seed_frames.stop for window in draw(lengths)
+            ]
 
     @given(LENGTHS, st.integers(1, 50), st.integers(1, 100))
     def test_windows_alternate_and_lie_within_their_clips(self, lengths, n_seed, n_target):
@@ -110,9 +112,9 @@ class TestWindows:
         for windows, count in ((eight, 8), (many, 256)):
             assert [window.clip for window in windows] == [0, 1] * (count // 2)
             for window in windows:
-                assert 16 <= window.seed.start < window.seed.stop == window.target.start
+                assert 16 <= window.seed_frames.start < window.seed_frames.stop == window.target.start
                 assert window.target.stop <= lengths[window.clip]
-                assert window.seed.stop - window.seed.start == window.n_seed
+                assert window.seed_frames.stop - window.seed_frames.start == window.n_seed
                 assert window.target.stop - window.target.start == window.n_target
         assert eight == srnn_windows(list(lengths), n_seed=n_seed, n_target=n_target)
 

@@ -284,7 +284,7 @@ def test_bad_poses():
 
 
 def test_a_generated_gait_stands_upright():
-    positions = poses_to_positions(gait.gait(4, 100, rng=np.random.default_rng(0)))
+    positions = poses_to_positions(gait.gait(4, 100, seed=0))
     height = positions[..., 1].mean(axis=(0, 1))
     assert height[JOINT["HeadTop"]] > height[JOINT["Hips"]] + 500
     assert max(height[JOINT["LeftFoot"]], height[JOINT["RightFoot"]]) < height[JOINT["Hips"]] - 700

@@ -3,21 +3,14 @@
 import doctest
 import importlib
 import inspect
-import pkgutil
 import subprocess
 import sys
 
 import pytest
 
 import npss
-import npss_baselines
+from modules import MODULES
 
-MODULES = sorted(
-    module.name
-    for package in (npss, npss_baselines)
-    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
-    if not module.name.endswith("__main__")
-)
 NAMESPACES = (npss, npss.plot, npss.protocol, npss.published, npss.rotations, npss.skeleton, npss.study)
 FUNCTIONS = [
     (space.__name__, name) for space in NAMESPACES for name in space.__all__ if inspect.isfunction(getattr(space, name))

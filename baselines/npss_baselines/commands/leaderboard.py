@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from npss import parse_signature, signature
 from npss.commands import add_leaderboard_options, leaderboard_of, show_leaderboard, write_report
 from npss.console import Progress
@@ -84,7 +82,7 @@ def submit(models: list[str], tasks: list[Task], *, max_size: float = MAX_SIZE) 
 
             trained = runs.load(Path(model))
             found[name] = {
-                task.action: _predicted(trained.predictor(task.action, rng=np.random.default_rng(0)), task)
+                task.action: _predicted(trained.predictor(task.action, seed=0), task)
                 for task in tasks
                 if task.action in trained.configuration.actions
             }
@@ -118,4 +116,4 @@ def add_g(records: Sequence[Record], submissions: Submissions, manifold: Path) -
 
 
 def _predicted(predictor: Predictor, task: Task) -> Pair:
-    return Pair(task.action, task.target, predictor(task.seed, task.target.shape[1]))
+    return Pair(task.action, task.target, predictor(task.seed_frames, task.target.shape[1]))

@@ -40,18 +40,15 @@ def run(options: argparse.Namespace) -> None:
     if options.out.suffix not in (".h5", ".npz"):
         raise ValueError(f"--out: expected a .h5 or .npz file, got {options.out}")
     check_output(options.out)
-    from npss_baselines.data import windows  # torch and the like: the other commands need none of it
     from npss_baselines.runs import run as runs  # torch and the like: the other commands need none of it
 
     trained = runs.load(options.folder)
-    windows.checked_seed(options.seed)
     of = trained.configuration
     options.synthetic = options.synthetic or (of.data == "synthetic" and not options.actions)
     options.actions = options.actions or (None if options.synthetic else of.actions)
     arrays: dict[str, Array] = {}
     for task in tasks_of(options):
-        rng = np.random.default_rng(options.seed)
-        predicted = trained.predictor(task.action, rng=rng)(task.seed, task.target.shape[1])
+        predicted = trained.predictor(task.action, seed=options.seed)(task.seed_frames, task.target.shape[1])
         for kind, poses in (("gt", task.target), ("preds", predicted)):
             arrays |= {f"expmap/{kind}/{task.action}_{i}": one for i, one in enumerate(poses)}
         errors = euler_error_curve(poses_to_euler(task.target), poses_to_euler(predicted))

@@ -54,7 +54,7 @@ def h36m_motion(root: Path) -> Motion:
 
 def synthetic_motion(n: int = 64) -> Motion:
     """Return the windows of `npss_baselines.data.tasks.synthetic_task`, and two seconds more."""
-    poses = gait.gait(n, N_SEED + N_TARGET + N_SEED, rng=np.random.default_rng(0))
+    poses = gait.gait(n, N_SEED + N_TARGET + N_SEED, seed=0)
     return Motion(f"synthetic-{n}", list(poses_to_euler(poses)), [N_SEED] * n)
 
 

@@ -269,7 +269,7 @@ def load_test_windows(
     one_of("windows", windows, WINDOWS)
     clips = load_test_clips(data, action)
     places = _DRAWN[windows]([len(clip) for clip in clips], n_seed=n_seed, n_target=n_target)
-    seed = np.stack([clips[place.clip][place.seed] for place in places])
+    seed = np.stack([clips[place.clip][place.seed_frames] for place in places])
     target = np.stack([clips[place.clip][place.target] for place in places])
     return seed, target
 

@@ -43,7 +43,7 @@ def synthetic_clips(n: int, n_frames: int, seed: int, *, fps: float = 30.0) -> I
     ('gait/0', 'synthetic/0', (200, 20, 3))
     """
     for walker in range(positive_integer("n", n)):
-        poses = gait(1, n_frames, fps=fps, rng=np.random.default_rng([seed, walker]))[0]
+        poses = gait(1, n_frames, fps=fps, seed=np.random.default_rng([seed, walker]))[0]
         # As they are, displacements sideways and up and turns of the root have a mean: it would drift and tumble.
         poses[:, [0, 1, 3, 5]] = 0
         poses[:, 4] /= 3  # radians per frame: bends, not spins

@@ -23,7 +23,7 @@ class Task(NamedTuple):
 
     action: str
     protocol: str
-    seed: npt.NDArray[np.floating[Any]]  # (N, 50, 99)
+    seed_frames: npt.NDArray[np.floating[Any]]  # (N, 50, 99)
     target: npt.NDArray[np.floating[Any]]  # (N, 100, 99)
     groups: Groups = None  # the block of each window: those of one depend on each other; None: not known
 
@@ -42,7 +42,7 @@ def h36m_tasks(
 
 def synthetic_task(n: int = 64) -> Task:
     """Return `n` windows of a gait generated here; always the same, and independent of each other."""
-    poses = gait.gait(n, N_SEED + N_TARGET, rng=np.random.default_rng(0))
+    poses = gait.gait(n, N_SEED + N_TARGET, seed=0)
     return Task("gait", f"synthetic-{n}", poses[:, :N_SEED], poses[:, N_SEED:], tuple(range(n)))
 
 

@@ -161,7 +161,7 @@ def h36m_training_set(
 
 def synthetic_training_set(n: int = 32, n_frames: int = 500) -> TrainingSet:
     """Generate `n` walkers to train on; always the same, and none of those that are tested or validated on."""
-    walks = gait.gait(n, n_frames, rng=np.random.default_rng(1))
+    walks = gait.gait(n, n_frames, seed=1)
     clips = {f"{GAIT}_{i}": walk for i, walk in enumerate(walks)}
     return _training_set([GAIT], clips, dict.fromkeys(clips, GAIT), clips.values())
 
@@ -180,7 +180,7 @@ def h36m_validation(data: h36m.H36M, actions: Sequence[str]) -> list[Task]:
         windows = validation_windows([len(clip) for clip in clips])
         if not windows:
             raise ValueError(f"actions: the test windows of {action} leave no room for a validation window")
-        seed = np.stack([clips[window.clip][window.seed] for window in windows])
+        seed = np.stack([clips[window.clip][window.seed_frames] for window in windows])
         target = np.stack([clips[window.clip][window.target] for window in windows])
         tasks.append(Task(action, f"validation-every-{STRIDE}", seed, target))
     return tasks
@@ -223,7 +223,7 @@ def validation_windows(lengths: Sequence[int]) -> tuple[Window, ...]:
 
 def synthetic_validation(n: int = 16) -> list[Task]:
     """Generate `n` other walkers to choose a checkpoint by; always the same."""
-    walks = gait.gait(n, N_SEED + N_TARGET, rng=np.random.default_rng(2))
+    walks = gait.gait(n, N_SEED + N_TARGET, seed=2)
     return [Task(GAIT, f"synthetic-validation-{n}", walks[:, :N_SEED], walks[:, N_SEED:])]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import npss
 from npss.records import Record
-from npss.validation import positive_integer
+from npss.validation import Seed, positive_integer
 from npss_baselines.data.tasks import Task
 from npss_baselines.evaluation.evaluate import evaluate
 from npss_baselines.runs import run as runs
@@ -24,7 +24,7 @@ def evaluate_run(
     *,
     name: str | None = None,
     draws: int = 1,
-    seed: int = 0,
+    seed: Seed = 0,
     progress: Callable[[float], None] | None = None,
     **options: Any,
 ) -> Record:
@@ -40,7 +40,7 @@ def evaluate_run(
         What the record calls the model; by default the name of the folder.
     draws : int, optional
         How often the model predicts, each time with new noise; the NPSS paper's tables are of 30.
-    seed : int, optional
+    seed : int or numpy.random.Generator, optional
         Of the noise.
     progress : callable, optional
         Called with the share of the draws that are done.
@@ -59,7 +59,7 @@ def evaluate_run(
         If the run is broken, or was not trained on the action.
     """
     positive_integer("draws", draws)
-    predictor = runs.predictor_of(path, task.action, rng=np.random.default_rng(seed))
+    predictor = runs.predictor_of(path, task.action, seed=seed)
     called = path.resolve().name if name is None else name
     records = []
     for done in range(1, draws + 1):

@@ -7,7 +7,7 @@ from npss.predictors import Predictor
 from npss.records import Record, measure
 from npss_baselines.data.tasks import Task
 
-EDGES_S = (0, 1, 2, 4)  # of table 5 of the NPSS paper
+EDGES_MS = (0, 1000, 2000, 4000)  # of table 5 of the NPSS paper
 
 
 def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "off", sequences: bool = False) -> Record:
@@ -18,7 +18,7 @@ def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "o
     name : str
         What the record calls the model.
     predictor : callable
-        ``predictor(seed, n_target)``.
+        ``predictor(seed_frames, n_target)``.
     task : Task
         The windows.
     unwrapped : {'off', 'target', 'seed'}, optional
@@ -32,16 +32,16 @@ def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "o
         ``model``, ``action``, ``euler_error``, ``npss``, ``npss_windows``, ``signature`` and ``signatures``;
         ``sequences`` if asked for.
     """
-    seed, gt = poses_to_euler(task.seed), poses_to_euler(task.target)
-    pred = poses_to_euler(predictor(task.seed, task.target.shape[1]))
+    gt = poses_to_euler(task.target)
+    pred = poses_to_euler(predictor(task.seed_frames, task.target.shape[1]))
     measured = measure(
         gt,
         pred,
         fps=protocol.FPS,
         at_ms=protocol.SLICES_MS,
-        edges_s=EDGES_S,
+        edges_ms=EDGES_MS,
         unwrapped=unwrapped,
-        seed=seed,
+        seed_frames=poses_to_euler(task.seed_frames),
         sequences=sequences,
         groups=task.groups,
         representation="euler",

@@ -81,9 +81,9 @@ class MotionModel(nn.Module, ABC):
             predictions.append(pose)
         return torch.stack(predictions, 1)
 
-    def predict(self, seed: Tensor, label: Tensor, n: int) -> Tensor:
+    def predict(self, seed_frames: Tensor, label: Tensor, n: int) -> Tensor:
         """Predict the n frames (B, n, 54) that follow the seed (B, S, 54)."""
-        read, state = self.read(seed, self.begin(label, seed.shape[1] + n - 1))
+        read, state = self.read(seed_frames, self.begin(label, seed_frames.shape[1] + n - 1))
         first = read[:, -1]
         if n == 1:
             return first[:, None]

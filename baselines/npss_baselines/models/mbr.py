@@ -103,14 +103,14 @@ class MBR(MotionModel):
         h, label = state
         return self._continue(torch.cat([pose, label], 1), h, n)[..., :POSE]
 
-    def predict(self, seed: Tensor, label: Tensor, n: int) -> Tensor:
+    def predict(self, seed_frames: Tensor, label: Tensor, n: int) -> Tensor:
         """Predict the n frames that follow the seed."""
-        return self.predict_labelled(seed, label, n)[..., :POSE]
+        return self.predict_labelled(seed_frames, label, n)[..., :POSE]
 
-    def predict_labelled(self, seed: Tensor, label: Tensor, n: int) -> Tensor:
+    def predict_labelled(self, seed_frames: Tensor, label: Tensor, n: int) -> Tensor:
         """Predict poses and labels (B, n, 54 + A) of the n frames that follow the seed; A is 0 without labels."""
-        h, label = self.begin(label, seed.shape[1] + n - 1)
-        outputs, h = self._read(self.labelled(seed, label), h)
+        h, label = self.begin(label, seed_frames.shape[1] + n - 1)
+        outputs, h = self._read(self.labelled(seed_frames, label), h)
         first = outputs[:, -1]
         return torch.cat([first[:, None], self._continue(first, h, n - 1)], 1)
 

@@ -14,7 +14,7 @@ import torch
 from npss.extras import install_hint
 from npss.files import write_bytes_atomically
 from npss.protocol import COLUMNS, POSE, Normalization
-from npss.validation import Array, check_finite, positive_integer
+from npss.validation import Array, Seed, check_finite, generator, positive_integer, renamed
 from npss_baselines.models import MODELS
 from npss_baselines.models.base import MotionModel
 from npss_baselines.runs import config
@@ -50,14 +50,15 @@ class Run:
     model: MotionModel
     normalization: Normalization
 
-    def predictor(self, action: str, *, rng: np.random.Generator) -> ModelPredictor:
+    @renamed(rng="seed")
+    def predictor(self, action: str, *, seed: Seed) -> ModelPredictor:
         """Return the predictor of an action.
 
         Parameters
         ----------
         action : str
             One that the model was trained on.
-        rng : Generator
+        seed : int or numpy.random.Generator
             Where noise comes from: each call of the predictor is another draw.
 
         Raises
@@ -68,7 +69,7 @@ class Run:
         actions = self.configuration.actions
         if action not in actions:
             raise ValueError(f"action: this model was trained on {', '.join(actions)}, not on {action!r}")
-        return ModelPredictor(self.model, self.normalization, actions.index(action), rng)
+        return ModelPredictor(self.model, self.normalization, actions.index(action), seed)
 
 
 @dataclass(frozen=True)
@@ -83,21 +84,25 @@ class ModelPredictor:
         By which it sees poses.
     action : int
         Which of its actions is predicted.
-    rng : Generator
+    seed : int or numpy.random.Generator
         Where noise comes from.
     """
 
     model: MotionModel
     normalization: Normalization
     action: int
-    rng: np.random.Generator
+    seed: Seed
 
-    def __call__(self, seed: npt.ArrayLike, n_target: int) -> Array:
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "seed", generator(self.seed))
+
+    @renamed(seed="seed_frames")
+    def __call__(self, seed_frames: npt.ArrayLike, n_target: int) -> Array:
         """Predict.
 
         Parameters
         ----------
-        seed : (N, S, 99) array_like
+        seed_frames : (N, S, 99) array_like
             What the model sees: poses of Human3.6M at 25 frames per second, as exponential maps.
         n_target : int
             Frames to predict.
@@ -113,16 +118,18 @@ class ModelPredictor:
             If the input is not as described, or a predicted value is NaN or infinite.
         """
         n_target = positive_integer("n_target", n_target)
-        seen = self.normalization.normalize(seed)
+        seen = self.normalization.normalize(seed_frames)
         if seen.ndim != 3 or 0 in seen.shape:
-            raise ValueError(f"seed: expected shape (N, S, {len(self.normalization.mean)}), got {np.shape(seed)}")
+            raise ValueError(
+                f"seed_frames: expected shape (N, S, {len(self.normalization.mean)}), got {np.shape(seed_frames)}"
+            )
         device = next(self.model.parameters()).device
         poses = torch.from_numpy(seen.astype(np.float32)).to(device)  # (N, S, 54)
         label = torch.zeros(len(poses), self.model.n_actions, device=device)
         label[:, self.action] = 1
         training = self.model.training
         with torch.no_grad(), torch.random.fork_rng(devices=[device] if device.type == "cuda" else []):
-            torch.manual_seed(int(self.rng.integers(2**63)))
+            torch.manual_seed(int(generator(self.seed).integers(2**63)))
             try:
                 predicted = self.model.eval().predict(poses, label, n_target)  # (N, n_target, 54)
             finally:
@@ -132,7 +139,8 @@ class ModelPredictor:
         return self.normalization.unnormalize(values)
 
 
-def predictor_of(path: Path, action: str, *, rng: np.random.Generator) -> ModelPredictor:
+@renamed(rng="seed")
+def predictor_of(path: Path, action: str, *, seed: Seed) -> ModelPredictor:
     """Return the predictor that a run is: `load`, then `Run.predictor`.
 
     Parameters
@@ -141,10 +149,10 @@ def predictor_of(path: Path, action: str, *, rng: np.random.Generator) -> ModelP
         The folder of the run.
     action : str
         One that the model was trained on.
-    rng : Generator
+    seed : int or numpy.random.Generator
         Where noise comes from: each call of the predictor is another draw.
     """
-    return load(path).predictor(action, rng=rng)
+    return load(path).predictor(action, seed=seed)
 
 
 def save(path: Path, model: MotionModel, normalization: Normalization, measured: dict[str, Any]) -> None:

@@ -21,7 +21,7 @@ def measure(predictors: Sequence[Predictor], tasks: Sequence[Task]) -> Row:
     rows = []
     for predictor, task in zip(predictors, tasks, strict=True):
         gt = npss.poses_to_euler(task.target)
-        pred = npss.poses_to_euler(predictor(task.seed, task.target.shape[1]))
+        pred = npss.poses_to_euler(predictor(task.seed_frames, task.target.shape[1]))
         row = {f"npss_{name}": npss.score(gt, pred, convention=name) for name in _CONVENTIONS}
         row |= {f"euler_{time}": error for time, error in npss.euler_error(gt, pred, at_ms=SLICES_MS).items()}
         rows.append(row)

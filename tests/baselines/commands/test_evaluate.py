@@ -40,7 +40,7 @@ class TestSynthetic:
         assert list(record["npss"]) == ["paper", "released", "literal"]
         task = tasks.synthetic_task()
         gt = npss.poses_to_euler(task.target)
-        pred = np.broadcast_to(npss.poses_to_euler(task.seed[:, -1:]), gt.shape)
+        pred = np.broadcast_to(npss.poses_to_euler(task.seed_frames[:, -1:]), gt.shape)
         for name in npss.CONVENTIONS:
             assert record["npss"][name] == npss.score(gt, pred, convention=name)
             assert record["npss_windows"][name] == npss.score_windows(gt, pred, fps=25, convention=name)

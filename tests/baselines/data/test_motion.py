@@ -100,7 +100,7 @@ def root(tmp_path_factory):
     """Three clips of two subjects."""
     root = tmp_path_factory.mktemp("h36m")
     for i, name in enumerate(["S6/walking_2", "S1/smoking_1", "S1/eating_2", "S5/walking_1"]):
-        poses = gait(1, 30, fps=50, rng=np.random.default_rng(i))[0]
+        poses = gait(1, 30, fps=50, seed=i)[0]
         write(root / "dataset" / f"{name}.txt", poses)
     return root
 

@@ -106,7 +106,11 @@ def test_synthetic_walkers_to_train_on_are_not_those_to_choose_or_test_by():
     rows = np.concatenate([clip.poses for clip in training_set.clips])
     np.testing.assert_allclose(rows.mean(axis=0), 0, rtol=0, atol=1e-5)
     np.testing.assert_allclose(rows.std(axis=0), 1, rtol=0, atol=1e-4)
-    firsts = [task.seed[:, 0], synthetic_task().seed[:, 0], training_set.normalization.unnormalize(rows[::500])]
+    firsts = [
+        task.seed_frames[:, 0],
+        synthetic_task().seed_frames[:, 0],
+        training_set.normalization.unnormalize(rows[::500]),
+    ]
     together = np.concatenate(firsts)[:, COLUMNS].round(3)
     assert len(np.unique(together, axis=0)) == len(together)
     again = windows.synthetic_training_set()
@@ -173,12 +177,16 @@ def test_real_training_clips(h36m_root):
 def test_real_validation_windows_share_no_frame_with_test_windows(h36m_root):
     data = h36m.open_root(h36m_root)
     tasks = windows.h36m_validation(data, ["walking", "eating", "smoking"])
-    assert [(task.action, len(task.seed)) for task in tasks] == [("walking", 28), ("eating", 48), ("smoking", 57)]
+    assert [(task.action, len(task.seed_frames)) for task in tasks] == [
+        ("walking", 28),
+        ("eating", 48),
+        ("smoking", 57),
+    ]
     for task in tasks:
         seed, target = h36m.load_test_windows(data, task.action)
         tested = np.concatenate([seed, target], axis=1).reshape(-1, 99)
-        mine = np.concatenate([task.seed, task.target], axis=1).reshape(-1, 99)
-        assert task.seed.shape[1:] == (50, 99)
+        mine = np.concatenate([task.seed_frames, task.target], axis=1).reshape(-1, 99)
+        assert task.seed_frames.shape[1:] == (50, 99)
         assert task.target.shape[1:] == (100, 99)
         assert not {row.tobytes() for row in mine.astype(np.float32)} & {row.tobytes() for row in tested}
         clips = np.concatenate([h36m.load(data, TEST_SUBJECT, task.action, i, fps=25) for i in (1, 2)])

@@ -19,33 +19,31 @@ def windows(n=4, frames=160, features=F, seed=0):
 class TestZeros:
     def test_lost_values_are_the_mean_and_the_others_are_kept(self):
         motion = windows()
-        corrupted = corrupt.zeros(motion, MEAN, rng=np.random.default_rng(0))
+        corrupted = corrupt.zeros(motion, MEAN, seed=0)
         for (i, t, f), known in np.ndenumerate(corrupted.known):
             assert corrupted.features[i, t, f] == (motion[i, t, f] if known else MEAN[f])
 
     @pytest.mark.parametrize("lost", [0, 0.1, 0.5, 1])
     def test_as_many_as_asked_for_are_lost_everywhere(self, lost):
-        known = corrupt.zeros(windows(40), MEAN, lost=lost, rng=np.random.default_rng(1)).known
+        known = corrupt.zeros(windows(40), MEAN, lost=lost, seed=1).known
         assert np.mean(known) == pytest.approx(1 - lost, abs=0.005)
         for axes in ((0, 1), (0, 2), (1, 2)):  # each feature, frame and window alike
             assert np.abs(known.mean(axis=axes) - (1 - lost)).max() < 0.05
 
     def test_values_are_lost_independently(self):
-        known = corrupt.zeros(windows(40), MEAN, rng=np.random.default_rng(2)).known.astype(float)
+        known = corrupt.zeros(windows(40), MEAN, seed=2).known.astype(float)
         neighbours = [(known[:, 1:], known[:, :-1]), (known[..., 1:], known[..., :-1])]
         assert all(abs(np.corrcoef(a.ravel(), b.ravel())[0, 1]) < 0.01 for a, b in neighbours)
 
     def test_the_seed_decides(self):
-        first, again, other = (
-            corrupt.zeros(windows(), MEAN, rng=np.random.default_rng(seed)).known for seed in (3, 3, 4)
-        )
+        first, again, other = (corrupt.zeros(windows(), MEAN, seed=seed).known for seed in (3, 3, 4))
         assert np.array_equal(first, again)
         assert not np.array_equal(first, other)
 
     @pytest.mark.parametrize("lost", [-0.1, 1.1, np.nan, "half"])
     def test_no_probability(self, lost):
         with pytest.raises(ValueError, match="lost: expected a probability"):
-            corrupt.zeros(windows(), MEAN, lost=lost, rng=np.random.default_rng(0))
+            corrupt.zeros(windows(), MEAN, lost=lost, seed=0)
 
 
 class TestMissing:
@@ -93,7 +91,7 @@ class TestSteppedKeys:
 def seen():
     """Windows, what the camera saw, and where: (n, T, J, 3) and (n, T, J, 3)."""
     motion = windows(60)
-    corrupted = corrupt.kinect(motion, JOINTS, rng=np.random.default_rng(0))
+    corrupted = corrupt.kinect(motion, JOINTS, seed=0)
     shape = (60, 160, 20, 3)
     return motion, corrupted, corrupted.features[..., :-3].reshape(shape), corrupted.known[..., :-3].reshape(shape)
 
@@ -146,7 +144,7 @@ class TestKinect:
         assert min(np.bincount(chosen, minlength=4)) >= 6
 
     def test_joints_drop_out_as_often_as_is_said(self):
-        hidden = ~corrupt.kinect(windows(60, 400), JOINTS, rng=np.random.default_rng(5)).known[..., 3:-3:3]
+        hidden = ~corrupt.kinect(windows(60, 400), JOINTS, seed=5).known[..., 3:-3:3]
         trunk = hidden[..., [j - 1 for j in range(1, 20) if JOINTS.names[j] in ("Spine1", "Neck", "Head")]]
         # Seen for 1 / DROP frames on average, then not for SPELL; the window begins with all seen.
         expected = corrupt.SPELL / (corrupt.SPELL + 1 / corrupt.DROP - 1)
@@ -154,17 +152,17 @@ class TestKinect:
 
     def test_another_skeleton(self):
         with pytest.raises(ValueError, match="features: expected 63 for 20 joints, got 9"):
-            corrupt.kinect(windows(features=9), JOINTS, rng=np.random.default_rng(0))
+            corrupt.kinect(windows(features=9), JOINTS, seed=0)
 
 
 @pytest.mark.parametrize("name", ["zeros", "missing", "stepped_keys", "kinect"])
 def test_bad_input(name):
     rng = np.random.default_rng(0)
     function = {
-        "zeros": lambda features, mean=MEAN: corrupt.zeros(features, mean, rng=rng),
+        "zeros": lambda features, mean=MEAN: corrupt.zeros(features, mean, seed=rng),
         "missing": lambda features, mean=MEAN: corrupt.missing(features, mean, joints=[1]),
         "stepped_keys": lambda features: corrupt.stepped_keys(features),
-        "kinect": lambda features: corrupt.kinect(features, JOINTS, rng=rng),
+        "kinect": lambda features: corrupt.kinect(features, JOINTS, seed=rng),
     }[name]
     with pytest.raises(ValueError, match=r"features: expected shape \(n, T, F\)"):
         function(np.zeros((160, F)))

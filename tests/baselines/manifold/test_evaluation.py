@@ -192,7 +192,7 @@ class TestRestoration:
 
 class TestOtherUses:
     def test_interpolation_is_of_different_clips(self, bench):
-        first, second = evaluation.pairs(bench.test, 20, rng=np.random.default_rng(0))
+        first, second = evaluation.pairs(bench.test, 20, seed=0)
         whole = bench.test.windows.astype(np.float64)
 
         def clip_of(window):
@@ -213,7 +213,7 @@ class TestOtherUses:
     def test_one_clip_is_not_enough(self, bench):
         one = bench.test.only(subjects=["synthetic/0"])
         with pytest.raises(ValueError, match="motions: to interpolate, it takes whole windows of two clips"):
-            evaluation.pairs(one, 1, rng=np.random.default_rng(0))
+            evaluation.pairs(one, 1, seed=0)
 
     def test_interpolation_and_samples_are_measured(self, records):
         found = {(r["use"], r["method"]) for r in records}
@@ -317,7 +317,7 @@ class TestNearness:
 
 @pytest.fixture(scope="module")
 def poses():
-    return gait(3, 60, rng=np.random.default_rng(0))
+    return gait(3, 60, seed=0)
 
 
 class TestGOfPoses:

@@ -155,18 +155,18 @@ class TestSamples:
     CODES = np.random.default_rng(0).normal([0, 5], [0.1, 2], (50, 20, 2))
 
     def test_the_prior_of_the_paper(self):
-        drawn = sample_codes(self.CODES, 100, rng=np.random.default_rng(1))
+        drawn = sample_codes(self.CODES, 100, seed=1)
         assert drawn.shape == (100, 20, 2)
         assert np.abs(drawn).max() <= 1
         assert np.histogram(drawn, 10, (-1, 1))[0] == pytest.approx(np.full(10, 400), abs=80)
 
     def test_the_range_of_each_unit(self):
-        drawn = sample_codes(self.CODES, 200, prior="range", rng=np.random.default_rng(1))
+        drawn = sample_codes(self.CODES, 200, prior="range", seed=1)
         assert drawn.min(axis=(0, 1)) == pytest.approx(self.CODES.min(axis=(0, 1)), rel=0.01)
         assert drawn.max(axis=(0, 1)) == pytest.approx(self.CODES.max(axis=(0, 1)), rel=0.01)
 
     def test_the_values_of_each_unit(self):
-        drawn = sample_codes(self.CODES, 200, prior="values", rng=np.random.default_rng(1))
+        drawn = sample_codes(self.CODES, 200, prior="values", seed=1)
         for unit in range(2):
             assert set(drawn[..., unit].ravel()) <= set(self.CODES[..., unit].ravel())
         assert drawn.std(axis=(0, 1)) == pytest.approx(self.CODES.std(axis=(0, 1)), rel=0.05)
@@ -174,11 +174,11 @@ class TestSamples:
 
     def test_bad_input(self):
         with pytest.raises(ValueError, match="prior: expected one of uniform, range, values"):
-            sample_codes(self.CODES, 1, prior="normal", rng=np.random.default_rng(0))
+            sample_codes(self.CODES, 1, prior="normal", seed=0)
         with pytest.raises(ValueError, match="codes: expected shape"):
-            sample_codes(self.CODES[0], 1, rng=np.random.default_rng(0))
+            sample_codes(self.CODES[0], 1, seed=0)
         with pytest.raises(ValueError, match="n: expected a positive integer"):
-            sample_codes(self.CODES, 0, rng=np.random.default_rng(0))
+            sample_codes(self.CODES, 0, seed=0)
 
     def test_a_unit_alone(self):
         motion = filter_motion(Pairs(), (4, F), 5, 8, largest=0.2)

@@ -298,7 +298,7 @@ def test_the_weights_that_are_kept_are_the_best(tmp_path, select, average):
         assert [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)] == rows
     # Measured anew, from the files.
     (task,) = windows.synthetic_validation(2)
-    pred = runs.load(tmp_path).predictor("gait", rng=np.random.default_rng(0))(task.seed, 100)
+    pred = runs.load(tmp_path).predictor("gait", seed=0)(task.seed_frames, 100)
     gt, pred = npss.poses_to_euler(task.target), npss.poses_to_euler(pred)
     assert expected["npss_released"] == npss.score(gt, pred, convention="released")
     assert expected["npss_paper"] == npss.score(gt, pred)
@@ -330,21 +330,21 @@ def run(tmp_path):
 def test_a_run_is_a_predictor(run):
     (task,) = windows.synthetic_validation(3)
     before = torch.get_rng_state()
-    predictor = runs.predictor_of(run, "gait", rng=np.random.default_rng(5))
-    first, second = predictor(task.seed, 7), predictor(task.seed, 7)
+    predictor = runs.predictor_of(run, "gait", seed=5)
+    first, second = predictor(task.seed_frames, 7), predictor(task.seed_frames, 7)
     assert torch.equal(torch.get_rng_state(), before)
     assert first.shape == (3, 7, 99)
     assert first.dtype == np.float64
     assert not np.array_equal(first, second)  # another draw
-    again = runs.predictor_of(run, "gait", rng=np.random.default_rng(5))
-    assert np.array_equal(again(task.seed, 7), first)
-    assert np.array_equal(again(task.seed, 7), second)
-    single = again(task.seed.astype(np.float32), 1)
+    again = runs.predictor_of(run, "gait", seed=5)
+    assert np.array_equal(again(task.seed_frames, 7), first)
+    assert np.array_equal(again(task.seed_frames, 7), second)
+    single = again(task.seed_frames.astype(np.float32), 1)
     assert single.dtype == np.float32
     # By hand: normalised, predicted, un-normalised; the other columns at their mean.
     trained_run = runs.load(run)
     statistics, kept = trained_run.normalization, list(COLUMNS)
-    seen = torch.from_numpy((task.seed[..., kept] - statistics.mean[kept]) / statistics.std[kept]).float()
+    seen = torch.from_numpy((task.seed_frames[..., kept] - statistics.mean[kept]) / statistics.std[kept]).float()
     with torch.random.fork_rng(), torch.no_grad():
         torch.manual_seed(int(np.random.default_rng(5).integers(2**63)))
         expected = trained_run.model.predict(seen, torch.ones(3, 1), 7).double().numpy()
@@ -355,7 +355,7 @@ def test_a_run_is_a_predictor(run):
 
 def test_numbers_over_draws_are_means_with_their_spread(run):
     task = synthetic_task(3)
-    predictor = runs.predictor_of(run, "gait", rng=np.random.default_rng(4))
+    predictor = runs.predictor_of(run, "gait", seed=4)
     single = [evaluate(run.name, predictor, task, sequences=True) for _ in range(5)]
     record = evaluate_run(run, task, draws=5, seed=4, sequences=True)
     assert (record["model"], record["action"], record["draws"]) == (run.name, "gait", 5)
@@ -382,16 +382,16 @@ def test_a_predictor_leaves_the_mode_of_the_model(run):
     (task,) = windows.synthetic_validation(1)
     for mode in (True, False):
         model.train(mode)
-        runs.ModelPredictor(model, statistics, 0, np.random.default_rng(0))(task.seed, 2)
+        runs.ModelPredictor(model, statistics, 0, np.random.default_rng(0))(task.seed_frames, 2)
         assert model.training is mode
 
 
 def test_what_cannot_be_predicted(run):
-    predictor = runs.predictor_of(run, "gait", rng=np.random.default_rng(0))
-    seed = windows.synthetic_validation(1)[0].seed
+    predictor = runs.predictor_of(run, "gait", seed=0)
+    seed = windows.synthetic_validation(1)[0].seed_frames
     with pytest.raises(ValueError, match=r"^action: this model was trained on gait, not on 'walking'"):
-        runs.predictor_of(run, "walking", rng=np.random.default_rng(0))
-    with pytest.raises(ValueError, match=r"^seed: expected shape \(N, S, 99\), got \(50, 99\)"):
+        runs.predictor_of(run, "walking", seed=0)
+    with pytest.raises(ValueError, match=r"^seed_frames: expected shape \(N, S, 99\), got \(50, 99\)"):
         predictor(seed[0], 3)
     with pytest.raises(ValueError, match=r"^poses: expected shape \(\.\.\., 99\)"):
         predictor(seed[..., :54], 3)
@@ -589,7 +589,7 @@ def test_from_training_to_a_score_without_data(tmp_path, capsys, monkeypatch, ar
     (pair,) = read_poses(tmp_path / "samples.h5")
     assert (pair.name, pair.pred.shape) == ("gait", (64, 100, 99))
     assert np.array_equal(pair.gt, synthetic_task().target)
-    predicted = runs.predictor_of(out, "gait", rng=np.random.default_rng(3))(synthetic_task().seed, 100)
+    predicted = runs.predictor_of(out, "gait", seed=3)(synthetic_task().seed_frames, 100)
     assert np.array_equal(pair.pred, predicted)
 
 
@@ -600,7 +600,7 @@ def test_samples_are_read_by_those_who_read_samples(run, capsys):
         assert main(["score", str(run / name)]) == 0
         assert "The file's own Euler error curve is reproduced" in capsys.readouterr().out
     (pair,) = read_samples(run / "samples.npz")
-    record = evaluate("run", runs.predictor_of(run, "gait", rng=np.random.default_rng(0)), synthetic_task())
+    record = evaluate("run", runs.predictor_of(run, "gait", seed=0), synthetic_task())
     assert record["npss"]["paper"] == npss.score(pair.gt, pair.pred)
 
 
@@ -745,6 +745,6 @@ def test_real_motion(h36m_root, tmp_path, capsys):
     assert {name: pair.pred.shape for name, pair in pairs.items()} == dict.fromkeys(("eating", "walking"), (8, 100, 99))
     tasks = {task.action: task for task in h36m_tasks(h36m_root, ["eating", "walking"])}
     assert all(np.array_equal(pairs[name].gt, task.target) for name, task in tasks.items())
-    walking = runs.predictor_of(out, "walking", rng=np.random.default_rng(0))(tasks["walking"].seed, 100)
+    walking = runs.predictor_of(out, "walking", seed=0)(tasks["walking"].seed_frames, 100)
     assert np.array_equal(pairs["walking"].pred, walking)
     assert "protocol:validation-every-25|unwrap:off|actions:eating" in capsys.readouterr().out

@@ -59,7 +59,7 @@ def warned(gt, pred):
 @cache
 def walks(n=4, n_frames=150, seed=0):
     """Return generated gait, as the Euler angles that move; to be copied before it is changed."""
-    angles = npss.poses_to_euler(gait.gait(n, n_frames, rng=np.random.default_rng(seed)))
+    angles = npss.poses_to_euler(gait.gait(n, n_frames, seed=seed))
     angles = angles[..., angles.any(axis=(0, 1))]
     angles.flags.writeable = False
     return angles
@@ -133,7 +133,7 @@ def test_human36m(h36m_root, action):
     assert str(finding).endswith("do not count, though the prediction is not zero in 51 of them")
     assert str(poses).startswith("pred: 99 columns, the first 6 not zero: Human3.6M poses?")
     assert warned(gt, gt + 1) == [("poses", "pred"), ("powerless", "gt")]
-    still = np.repeat(npss.poses_to_euler(task.seed)[:, -1:], 100, axis=1)
+    still = np.repeat(npss.poses_to_euler(task.seed_frames)[:, -1:], 100, axis=1)
     for n_frames in (10, 25, 100):
         found = traps(gt[:, :n_frames], still[:, :n_frames])
         assert found == [("constant", "pred"), ("powerless", "gt")]
@@ -189,7 +189,7 @@ def lafan1(n_frames, seed=0):
     """Return past and future quaternions (6, T, 22, 4) of people who turn, continuous over both."""
     rng = np.random.default_rng(seed)
     n, length = 6, 10 + n_frames
-    local = gait.gait(n, length, rng=rng)[..., 3:69].reshape(n, length, 22, 3) + rng.normal(size=(n, 1, 22, 3)) / 3
+    local = gait.gait(n, length, seed=rng)[..., 3:69].reshape(n, length, 22, 3) + rng.normal(size=(n, 1, 22, 3)) / 3
     turn = np.zeros((n, length, 1, 3))
     turn[..., 1] = (rng.uniform(-3, 3, size=(n, 1)) + rng.uniform(-0.3, 0.3, size=(n, 1)) * np.arange(length))[
         ..., np.newaxis
@@ -636,7 +636,7 @@ def test_white_noise_and_two_frames_tell_nothing_about_the_axes():
 @pytest.mark.parametrize("n_frames", [5, 100])
 @pytest.mark.parametrize("size", [3, 4, 6])
 def test_frames_and_joints_taken_for_sequences(monkeypatch, n_frames, size):
-    poses = gait.gait(1, n_frames, rng=np.random.default_rng(0))[0]
+    poses = gait.gait(1, n_frames, seed=0)[0]
     if size == 3:
         motion = poses_to_positions(poses)
     else:
@@ -692,7 +692,7 @@ def test_poses_that_are_not_converted(root, motion):
 
 
 def test_the_command_line_points_poses_to_expmap(capsys, tmp_path):
-    poses = gait.gait(2, 50, rng=np.random.default_rng(0))
+    poses = gait.gait(2, 50, seed=0)
     for name, array in (("gt", poses), ("pred", poses + 0.05 * np.random.default_rng(1).normal(size=poses.shape))):
         np.save(tmp_path / f"{name}.npy", array)
     files = ["score", str(tmp_path / "gt.npy"), str(tmp_path / "pred.npy"), "--convention", "paper"]

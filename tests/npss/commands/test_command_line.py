@@ -75,12 +75,12 @@ class TestScore:
         assert all(line.replace("\\|", "").count("|") == 5 for line in rows)
 
     def test_windows_and_times(self, capsys, files, motion):
-        options = ["--fps", "25", "--windows", "0", "1", "4", "--at-ms", "80", "--protocol", "mine"]
+        options = ["--fps", "25", "--edges-ms", "0", "1000", "4000", "--at-ms", "80", "--protocol", "mine"]
         options += ["--representation", "euler", "--unwrap", "target", "--convention", "paper"]
         _, out, _ = run(capsys, "score", *files, *options, "--format", "json")
         (record,) = json.loads(out)
         unwrapped = [npss.unwrap(array) for array in motion]
-        assert record["npss_windows"]["paper"] == npss.score_windows(*unwrapped, fps=25, edges_s=(0, 1, 4))
+        assert record["npss_windows"]["paper"] == npss.score_windows(*unwrapped, fps=25, edges_ms=(0, 1000, 4000))
         assert record["npss"]["paper"] == npss.score(*unwrapped)
         assert record["euler_error"] == {"80": npss.euler_error(*motion, at_ms=(80,))[80]}
         stated = npss.parse_signature(record["signature"])
@@ -222,7 +222,7 @@ def broken(tmp_path, poses):
     yield ["good.npy", "good.npy", "--expmap", "--representation", "quaternions"], "--representation: with --expmap"
     yield ["a.npz", "a_nan.npz"], "a: pred: nan at index (0, 0, 0)"
     yield ["good.npy", "a.npz"], "without a partner: a, b, the unnamed array"
-    yield ["good.npy", "good.npy", "--windows", "0", "1"], "fps: times were asked for"
+    yield ["good.npy", "good.npy", "--edges-ms", "0", "1000"], "fps: times were asked for"
     yield ["good.npy", "good.npy", "--at-ms", "80"], "fps: times were asked for"
     yield ["good.npy", "good.npy", "--fps", "25", "--at-ms", "90"], "nearest: 80 and 120 ms"
     yield ["good.npy", "good.npy", "--fps", "0"], "fps"
@@ -322,8 +322,8 @@ def test_control_c_is_one_line(monkeypatch, capsys, program):
     ("arguments", "message"),
     [
         (
-            ["score", "--windws", "0", "1"],
-            "npss score: error: unrecognized arguments: --windws; did you mean --windows?",
+            ["score", "--edge-m", "0", "1000"],
+            "npss score: error: unrecognized arguments: --edge-m; did you mean --edges-ms?",
         ),
         (["demo", "--fast"], "npss demo: error: unrecognized arguments: --fast (see npss demo --help)"),
         (["demo", "x"], "npss demo: error: unrecognized arguments: x (see"),

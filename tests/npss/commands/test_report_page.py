@@ -20,7 +20,7 @@ def folder(tmp_path_factory):
     from npss.gait import gait
 
     root = tmp_path_factory.mktemp("models")
-    gt = gait(4, 50, rng=np.random.default_rng(0))
+    gt = gait(4, 50, seed=0)
     predictions = {
         "near": gt + 0.02 * np.random.default_rng(1).normal(size=gt.shape),
         "still": np.repeat(gt[:, :1], 50, axis=1),

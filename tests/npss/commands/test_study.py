@@ -40,9 +40,9 @@ def votes(tmp_path_factory):
     votes = []
     for action in ("walking", "eating", "smoking", "discussion"):
         scores = study.model_scores(published.records(), MODELS, action=action, metric="released")
-        questions = study.design(MODELS, range(8), 20, rng=rng)
+        questions = study.design(MODELS, range(8), 20, seed=rng)
         strengths = {model: -score for model, score in scores.items()}
-        votes += study.simulate_votes(questions, strengths, 20, action=action, rng=rng)
+        votes += study.simulate_votes(questions, strengths, 20, action=action, seed=rng)
     path = tmp_path_factory.mktemp("votes") / "votes.csv"
     study.write_votes(path, votes)
     return path

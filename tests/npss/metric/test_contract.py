@@ -12,7 +12,7 @@ from strategies import pairs
 
 FUNCTIONS = {
     **{f"score {name}": lambda g, p, name=name: npss.score(g, p, convention=name) for name in npss.CONVENTIONS},
-    "score_windows": lambda g, p: npss.score_windows(g, p, fps=2, edges_s=(0, 1))["0-1"],
+    "score_windows": lambda g, p: npss.score_windows(g, p, fps=2, edges_ms=(0, 1000))["0-1"],
     "euler_error": lambda g, p: npss.euler_error(g, p, fps=2, at_ms=(1000,))[1000],
     "euler_error_curve": lambda g, p: float(npss.euler_error_curve(g, p).sum()),
     "mse": npss.mse,

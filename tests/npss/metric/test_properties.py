@@ -164,7 +164,8 @@ def _windows(convention):
     def metric(gt, pred):
         n_frames = gt.shape[1]
         edges = (0, n_frames) if n_frames < 4 else (0, n_frames // 2, n_frames)
-        scores = npss.score_windows(gt, pred, fps=1, edges_s=edges, convention=convention)
+        edges_ms = [1000 * edge for edge in edges]
+        scores = npss.score_windows(gt, pred, fps=1, edges_ms=edges_ms, convention=convention)
         assert list(scores) == [f"{begin}-{end}" for begin, end in pairwise(edges)]
         return sum(scores.values())
 

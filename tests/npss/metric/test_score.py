@@ -164,27 +164,27 @@ class TestWindows:
     def test_fractions_of_a_second(self):
         rng = np.random.default_rng(3)
         gt, pred = rng.normal(size=(2, 30, 1))
-        scores = npss.score_windows(gt, pred, fps=30, edges_s=(0.1, 0.5, 1))
+        scores = npss.score_windows(gt, pred, fps=30, edges_ms=(100, 500, 1000))
         assert scores["0.1-0.5"] == npss.score(gt[3:15], pred[3:15])
 
     @pytest.mark.parametrize(
         ("edges", "message"),
         [
             (
-                (0, 0.5),
-                "edges_s: 0.5 s is not a whole number of frames at 25 frames per second; nearest: 0.48 and 0.52 s",
+                (0, 500),
+                "edges_ms: 500 ms is not a whole number of frames at 25 frames per second; nearest: 480 and 520 ms",
             ),
-            ((0, 5), "edges_s: 5 s is out of range at 25 frames per second; nearest: 4 s"),
-            ((-1, 1), "edges_s: -1 s is out of range at 25 frames per second; nearest: 0 s"),
-            ((0, 2, 1), "edges_s: 1 s does not come after 2 s"),
-            ((1,), "edges_s: expected at least two edges"),
-            ((0, 0.04), r"gt: one frame in the window 0-0\.04 s"),
+            ((0, 5000), "edges_ms: 5000 ms is out of range at 25 frames per second; nearest: 4000 ms"),
+            ((-1000, 1000), "edges_ms: -1000 ms is out of range at 25 frames per second; nearest: 0 ms"),
+            ((0, 2000, 1000), "edges_ms: 1000 ms does not come after 2000 ms"),
+            ((1000,), "edges_ms: expected at least two edges"),
+            ((0, 40), r"gt: one frame in the window 0-0\.04 s"),
         ],
     )
     def test_edges_that_cannot_be_had(self, edges, message):
         motion = np.random.default_rng(0).normal(size=(100, 2))
         with pytest.raises(ValueError, match=message):
-            npss.score_windows(motion, motion, fps=25, edges_s=edges)
+            npss.score_windows(motion, motion, fps=25, edges_ms=edges)
 
     def test_a_window_without_power_is_named(self):
         gt = np.ones((100, 1))

@@ -25,8 +25,8 @@ def small_blocks(monkeypatch):
 def test_the_bits_do_not_depend_on_the_number_of_threads(small_blocks, name, workers):
     gt, pred = np.random.default_rng(0).normal(size=(2, 40, 30, 5)).cumsum(axis=2)
     assert npss.score(gt, pred, convention=name, workers=workers) == npss.score(gt, pred, convention=name)
-    windows = npss.score_windows(gt, pred, fps=10, edges_s=(0, 1, 3), convention=name)
-    assert npss.score_windows(gt, pred, fps=10, edges_s=(0, 1, 3), convention=name, workers=workers) == windows
+    windows = npss.score_windows(gt, pred, fps=10, edges_ms=(0, 1000, 3000), convention=name)
+    assert npss.score_windows(gt, pred, fps=10, edges_ms=(0, 1000, 3000), convention=name, workers=workers) == windows
 
 
 def test_no_thread_is_started_unless_asked_for(small_blocks, monkeypatch):
@@ -36,7 +36,7 @@ def test_no_thread_is_started_unless_asked_for(small_blocks, monkeypatch):
     gt, pred = np.random.default_rng(0).normal(size=(2, 4, 30, 5))
     monkeypatch.setattr(concurrent.futures.ThreadPoolExecutor, "__init__", refuse)
     npss.score(gt, pred)
-    npss.score_windows(gt, pred, fps=10, edges_s=(0, 1, 3))
+    npss.score_windows(gt, pred, fps=10, edges_ms=(0, 1000, 3000))
     npss.Accumulator().update(gt, pred)
     with pytest.raises(AssertionError, match="a pool of threads"):
         npss.score(gt, pred, workers=2)

@@ -5,7 +5,6 @@ import shutil
 import time
 from itertools import pairwise
 
-import numpy as np
 import pytest
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
@@ -35,7 +34,7 @@ QUESTIONS = [
 
 
 def walks(seed):
-    return poses_to_positions(gait.gait(2, 30, rng=np.random.default_rng(seed)))
+    return poses_to_positions(gait.gait(2, 30, seed=seed))
 
 
 @pytest.fixture(scope="module")

@@ -46,7 +46,7 @@ class Page(HTMLParser):
 
 
 def walks(n=2, n_frames=10, seed=0):
-    return poses_to_positions(gait.gait(n, n_frames, rng=np.random.default_rng(seed)))
+    return poses_to_positions(gait.gait(n, n_frames, seed=seed))
 
 
 def unpack(text, joints):
@@ -267,7 +267,7 @@ def test_bad_models():
 
 def save(path, poses, action="walking", gt=None):
     """Write a file of samples, ground truth from seed 0 unless told."""
-    truth = gait.gait(len(poses), poses.shape[1], rng=np.random.default_rng(0)) if gt is None else gt
+    truth = gait.gait(len(poses), poses.shape[1], seed=0) if gt is None else gt
     arrays = {}
     for i, (true, pred) in enumerate(zip(truth, poses, strict=True)):
         arrays[f"expmap/gt/{action}_{i}"], arrays[f"expmap/preds/{action}_{i}"] = true, pred
@@ -275,7 +275,7 @@ def save(path, poses, action="walking", gt=None):
 
 
 def random_gait(seed, n=3):
-    return gait.gait(n, 10, rng=np.random.default_rng(seed))
+    return gait.gait(n, 10, seed=seed)
 
 
 @pytest.fixture
@@ -294,7 +294,7 @@ def test_a_survey_of_a_folder(folder):
     assert names == ["model.v2", "other", "zero"]
     assert data["action"] == "walking"
     # The same questions as drawn here.
-    expected = study.design(names, range(3), 7, rng=np.random.default_rng(3))
+    expected = study.design(names, range(3), 7, seed=3)
     files = {name: read_poses(folder / f"{name}.npz")[0] for name in names}
     for kept, question in zip(data["questions"], expected, strict=True):
         asked = study.Question(kept["number"], kept["sequence"], names[kept["model_a"]], names[kept["model_b"]])

@@ -17,7 +17,7 @@ def record():
     rng = np.random.default_rng(6)
     gt = rng.normal(size=(6, 50, 3)).cumsum(axis=1)
     pred = gt + rng.normal(size=gt.shape)
-    measured = measure(gt, pred, fps=25, at_ms=(80, 400), edges_s=(0, 1, 2), sequences=True, frames=50)
+    measured = measure(gt, pred, fps=25, at_ms=(80, 400), edges_ms=(0, 1000, 2000), sequences=True, frames=50)
     return {"model": "m", "action": "a", **measured}
 
 

@@ -28,8 +28,8 @@ def test_removes_what_wrapping_adds(angles):
 def test_from_the_seed_on_is_the_tail_of_the_whole(angles):
     wrapped = wrap(angles)
     whole = npss.unwrap(wrapped)
-    np.testing.assert_array_equal(npss.unwrap(wrapped[:, 5:], seed=wrapped[:, :5]), whole[:, 5:])
-    np.testing.assert_array_equal(npss.unwrap(wrapped[0, 5:], seed=wrapped[0, :5]), whole[0, 5:])
+    np.testing.assert_array_equal(npss.unwrap(wrapped[:, 5:], seed_frames=wrapped[:, :5]), whole[:, 5:])
+    np.testing.assert_array_equal(npss.unwrap(wrapped[0, 5:], seed_frames=wrapped[0, :5]), whole[0, 5:])
 
 
 @given(angles=SMOOTH)
@@ -43,7 +43,7 @@ def test_twice_is_once_and_steps_are_at_most_half_a_turn(angles):
 def test_from_the_seed_on_is_not_over_the_target_alone():
     angles, seed = np.array([[-3.0], [-2.9]]), np.array([[3.0]])
     assert npss.unwrap(angles)[0, 0] == -3
-    assert npss.unwrap(angles, seed=seed)[0, 0] == pytest.approx(2 * np.pi - 3)
+    assert npss.unwrap(angles, seed_frames=seed)[0, 0] == pytest.approx(2 * np.pi - 3)
 
 
 @pytest.mark.parametrize(
@@ -51,16 +51,16 @@ def test_from_the_seed_on_is_not_over_the_target_alone():
     [
         (([[np.nan]],), r"angles: nan at index \(0, 0\)"),
         (([1.0],), "angles: expected shape"),
-        (([[1.0]], [[np.inf]]), r"seed: inf at index \(0, 0\)"),
-        (([[1.0]], [[1.0, 2.0]]), "seed: its shape"),
-        (([[1.0]], [[[1.0]]]), "seed: its shape"),
+        (([[1.0]], [[np.inf]]), r"seed_frames: inf at index \(0, 0\)"),
+        (([[1.0]], [[1.0, 2.0]]), "seed_frames: its shape"),
+        (([[1.0]], [[[1.0]]]), "seed_frames: its shape"),
         (([[1e300], [1.0]],), r"angles: 1e\+300 at index \(0, 0\) is too large"),
     ],
 )
 def test_bad_input(arguments, message):
     angles, *seed = arguments
     with pytest.raises(ValueError, match=message):
-        npss.unwrap(angles, seed=seed[0] if seed else None)
+        npss.unwrap(angles, seed_frames=seed[0] if seed else None)
 
 
 def test_input_is_not_written():

@@ -216,9 +216,9 @@ def test_from_votes_to_counts():
     for action in ("walking", "eating", "smoking", "discussion"):
         for ranks, metric in ((npss, "released"), (mse, "euler_error")):
             ranks[action] = study.rank(study.model_scores(published.records(), MODELS, action=action, metric=metric))
-        questions = study.design(MODELS, range(8), 20, rng=rng)
+        questions = study.design(MODELS, range(8), 20, seed=rng)
         strengths = {model: -100.0 * place for model, place in npss[action].items()}
-        votes += study.simulate_votes(questions, strengths, 20, action=action, rng=rng)
+        votes += study.simulate_votes(questions, strengths, 20, action=action, seed=rng)
     rng.shuffle(votes)
     counts = study.count_votes(votes)
     majorities = [count.majority for count in counts]

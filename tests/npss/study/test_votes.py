@@ -43,8 +43,8 @@ class TestFiles:
         names = st.text("Az1 ,;|'\"\n\u00e9", min_size=1, max_size=5).filter(lambda name: name == name.strip())
         models = data.draw(st.lists(names, min_size=2, max_size=3, unique=True))
         rng = np.random.default_rng(0)
-        questions = study.design(models, range(3), data.draw(st.integers(1, 4)), rng=rng)
-        votes = study.simulate_votes(questions, dict.fromkeys(models, 0.0), 2, action=data.draw(names), rng=rng)
+        questions = study.design(models, range(3), data.draw(st.integers(1, 4)), seed=rng)
+        votes = study.simulate_votes(questions, dict.fromkeys(models, 0.0), 2, action=data.draw(names), seed=rng)
         path = tmp_path_factory.mktemp("votes") / "votes.csv"
         study.write_votes(path, votes)
         assert study.read_votes(path) == votes
@@ -265,7 +265,7 @@ class TestCounts:
 class TestSimulation:
     def test_follows_bradley_and_terry(self):
         strengths = {"GRU-d": 0.0, "VGRU-d": 0.7, "VGRU-ac": -40.0}
-        votes = study.simulate_votes([FIRST, SECOND], strengths, 4000, action="walking", rng=np.random.default_rng(5))
+        votes = study.simulate_votes([FIRST, SECOND], strengths, 4000, action="walking", seed=5)
         first, second = study.count_votes(votes)
         assert stats.binomtest(first.a, 4000, 1 / (1 + np.exp(0.7))).pvalue > 0.001
         assert stats.binomtest(first.a, 4000, 0.5).pvalue < 1e-6
@@ -274,16 +274,13 @@ class TestSimulation:
 
     def test_extreme_strengths(self):
         strengths = {"GRU-d": 1e308, "VGRU-d": -1e308}
-        (count,) = study.count_votes(
-            study.simulate_votes([FIRST], strengths, 5, action="a", rng=np.random.default_rng(0))
-        )
+        (count,) = study.count_votes(study.simulate_votes([FIRST], strengths, 5, action="a", seed=0))
         assert (count.a, count.b) == (5, 0)
 
     def test_everybody_answers_everything_and_by_the_seed(self):
         strengths = dict.fromkeys(("GRU-d", "VGRU-d", "VGRU-ac"), 0)
         one, same, other = (
-            study.simulate_votes([FIRST, SECOND], strengths, 30, action="walking", rng=np.random.default_rng(seed))
-            for seed in (0, 0, 1)
+            study.simulate_votes([FIRST, SECOND], strengths, 30, action="walking", seed=seed) for seed in (0, 0, 1)
         )
         assert one == same != other
         assert [(vote.participant, vote.question) for vote in one] == [
@@ -295,11 +292,11 @@ class TestSimulation:
         for strength in (None, "1", np.inf, np.nan, True):
             strengths = {"GRU-d": 0.0, "VGRU-d": strength}
             with pytest.raises(ValueError, match="strengths: no finite number for 'VGRU-d', got"):
-                study.simulate_votes([FIRST], strengths, 3, action="walking", rng=rng)
+                study.simulate_votes([FIRST], strengths, 3, action="walking", seed=rng)
         with pytest.raises(ValueError, match="n_participants: expected a positive integer"):
-            study.simulate_votes([FIRST], {}, 0, action="walking", rng=rng)
-        with pytest.raises(TypeError, match=r"rng: expected a numpy\.random\.Generator"):
-            study.simulate_votes([FIRST], {}, 3, action="walking", rng=np.random.RandomState(0))
+            study.simulate_votes([FIRST], {}, 0, action="walking", seed=rng)
+        with pytest.raises(TypeError, match=r"seed: expected a whole number or a numpy\.random\.Generator"):
+            study.simulate_votes([FIRST], {}, 3, action="walking", seed=np.random.RandomState(0))
 
 
 class TestKappa:

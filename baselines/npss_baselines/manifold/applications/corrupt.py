@@ -14,7 +14,17 @@ import numpy as np
 import numpy.typing as npt
 
 from npss.skeleton import Skeleton
-from npss.validation import Array, Float64, check_finite, is_real, positive_integer, real_array
+from npss.validation import (
+    Array,
+    Float64,
+    Seed,
+    check_finite,
+    generator,
+    is_real,
+    positive_integer,
+    real_array,
+    renamed,
+)
 
 #: Share of the values that `zeros` loses, and every which frame `stepped_keys` keeps: the paper's.
 LOST, EVERY = 0.5, 15
@@ -44,7 +54,8 @@ class Corrupted:
     known: npt.NDArray[np.bool_]
 
 
-def zeros(features: npt.ArrayLike, mean: npt.ArrayLike, *, lost: float = LOST, rng: np.random.Generator) -> Corrupted:
+@renamed(rng="seed")
+def zeros(features: npt.ArrayLike, mean: npt.ArrayLike, *, lost: float = LOST, seed: Seed) -> Corrupted:
     """Lose every value with the same probability, independently.
 
     Parameters
@@ -56,8 +67,8 @@ def zeros(features: npt.ArrayLike, mean: npt.ArrayLike, *, lost: float = LOST, r
         has subtracted the mean; this is the same.
     lost : float, optional
         The probability, from 0 to 1.
-    rng : Generator
-        Where the randomness comes from.
+    seed : int or numpy.random.Generator
+        Where randomness comes from.
 
     Returns
     -------
@@ -72,7 +83,7 @@ def zeros(features: npt.ArrayLike, mean: npt.ArrayLike, *, lost: float = LOST, r
     Examples
     --------
     >>> import numpy as np
-    >>> corrupted = zeros(np.ones((1, 2, 3)), [5, 5, 5], rng=np.random.default_rng(0))
+    >>> corrupted = zeros(np.ones((1, 2, 3)), [5, 5, 5], seed=0)
     >>> corrupted.features[0]
     array([[1., 5., 5.],
            [5., 1., 1.]])
@@ -80,7 +91,7 @@ def zeros(features: npt.ArrayLike, mean: npt.ArrayLike, *, lost: float = LOST, r
     windows = _windows(features)
     if not (is_real(lost) and 0 <= lost <= 1):
         raise ValueError(f"lost: expected a probability, got {lost!r}")
-    known = rng.random(windows.shape) >= lost
+    known = generator(seed).random(windows.shape) >= lost
     return Corrupted(np.where(known, windows, _mean(mean, windows)), known)
 
 
@@ -148,7 +159,8 @@ def stepped_keys(features: npt.ArrayLike, *, every: int = EVERY) -> Corrupted:
     return Corrupted(windows[:, frames - frames % every], known)
 
 
-def kinect(features: npt.ArrayLike, skeleton: Skeleton, *, rng: np.random.Generator) -> Corrupted:
+@renamed(rng="seed")
+def kinect(features: npt.ArrayLike, skeleton: Skeleton, *, seed: Seed) -> Corrupted:
     """Simulate what a depth camera sees: jitter, joints that drop out and are held, and a limb that is occluded.
 
     Simulated: no camera was used, and nothing is fitted to one.
@@ -166,8 +178,8 @@ def kinect(features: npt.ArrayLike, skeleton: Skeleton, *, rng: np.random.Genera
         Windows.
     skeleton : npss.skeleton.Skeleton
         Whose joints the first columns are.
-    rng : Generator
-        Where the randomness comes from.
+    seed : int or numpy.random.Generator
+        Where randomness comes from.
 
     Returns
     -------
@@ -185,6 +197,7 @@ def kinect(features: npt.ArrayLike, skeleton: Skeleton, *, rng: np.random.Genera
     if n_features != 3 * n_joints + 3:
         raise ValueError(f"features: expected {3 * n_joints + 3} for {n_joints} joints, got {n_features}")
     root = skeleton.parents.index(-1)
+    rng = generator(seed)
 
     seen = np.ones((n, n_frames, n_joints), bool)
     ends = np.zeros((n, n_joints))  # of the spell that goes on

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from npss.skeleton import Skeleton
-from npss.validation import Array, Float64, one_of
+from npss.validation import Array, Float64, Seed, generator, one_of
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications import corrupt
 from npss_baselines.manifold.applications.corrupt import Corrupted
@@ -49,7 +49,7 @@ class Windows:
 
 
 def corrupted(
-    use: str, windows: Windows, mean: npt.ArrayLike, *, skeleton: Skeleton = JOINTS, seed: int = 0
+    use: str, windows: Windows, mean: npt.ArrayLike, *, skeleton: Skeleton = JOINTS, seed: Seed = 0
 ) -> Corrupted:
     """Corrupt windows as one of the uses wants it.
 
@@ -65,7 +65,7 @@ def corrupted(
         What lost values become: the mean over training frames, which networks see as zero.
     skeleton : npss.skeleton.Skeleton, optional
         Whose joints they are.
-    seed : int, optional
+    seed : int or numpy.random.Generator, optional
         Of what is random.
 
     Returns
@@ -79,14 +79,14 @@ def corrupted(
         If an argument is not as described.
     """
     one_of("use", use, tuple(USES))
-    rng = np.random.default_rng(seed)
+    rng = generator(seed)
     if use == "project":
         whole = np.asarray(windows.features, np.float64)
         return Corrupted(whole, np.ones(whole.shape, bool))
     if use == "repair":
-        left = corrupt.zeros(windows.features, mean, rng=rng)
+        left = corrupt.zeros(windows.features, mean, seed=rng)
     elif use == "kinect":
-        left = corrupt.kinect(windows.features, skeleton, rng=rng)
+        left = corrupt.kinect(windows.features, skeleton, seed=rng)
     elif use == "fill":
         left = corrupt.missing(windows.features, mean, joints=corrupt.branch(skeleton, WRIST))
     else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from npss.validation import Array, Float64, one_of, positive_integer, real_array
+from npss.validation import Array, Float64, Seed, generator, one_of, positive_integer, real_array, renamed
 from npss_baselines.manifold.model.projector import Projector
 
 #: What codes are drawn from. ``uniform``: each unit at each step uniformly from [-1, 1], the prior that the paper
@@ -14,7 +14,8 @@ from npss_baselines.manifold.model.projector import Projector
 PRIORS = ("uniform", "range", "values")
 
 
-def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "uniform", rng: np.random.Generator) -> Float64:
+@renamed(rng="seed")
+def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "uniform", seed: Seed) -> Float64:
     """Draw codes.
 
     Parameters
@@ -25,8 +26,8 @@ def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "uniform", rng: n
         How many to draw.
     prior : {'uniform', 'range', 'values'}, optional
         What from; see `PRIORS`.
-    rng : Generator
-        Where the randomness comes from.
+    seed : int or numpy.random.Generator
+        Where randomness comes from.
 
     Returns
     -------
@@ -41,7 +42,7 @@ def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "uniform", rng: n
     Examples
     --------
     >>> import numpy as np
-    >>> sample_codes(np.zeros((5, 20, 256)), 3, rng=np.random.default_rng(0)).shape
+    >>> sample_codes(np.zeros((5, 20, 256)), 3, seed=0).shape
     (3, 20, 256)
     """
     real = real_array("codes", codes)
@@ -49,6 +50,7 @@ def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "uniform", rng: n
         raise ValueError(f"codes: expected shape (N, T', H) = (motions, steps, units), got {real.shape}")
     one_of("prior", prior, PRIORS)
     shape = (positive_integer("n", n), *real.shape[1:])
+    rng = generator(seed)
     if prior == "values":
         rows = real.reshape(-1, real.shape[-1])
         return rows[rng.integers(len(rows), size=shape), np.arange(shape[-1])].astype(np.float64)

@@ -9,7 +9,7 @@ import numpy as np
 
 import npss
 from npss.records import Record
-from npss.validation import Array
+from npss.validation import Array, Seed, generator, renamed
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.clip_distances import clip_distances, clip_extremes
 from npss_baselines.manifold.applications.distance import g
@@ -63,7 +63,7 @@ def interpolation(bench: Bench, clips: Sequence[int] | None = None) -> Iterator[
     features blended.
     """
     if clips is None:
-        first, second = pairs(bench.test, PAIRS, rng=np.random.default_rng(bench.seed))
+        first, second = pairs(bench.test, PAIRS, seed=bench.seed)
         stated = _stated(bench.test, pairs=len(first), seed=bench.seed)
     else:
         first, second = (first_window(bench.motions, clip) for clip in clips)
@@ -92,7 +92,7 @@ def sampling(bench: Bench) -> Iterator[Record]:
     for name, projector in bench.projectors().items():
         codes = projector.encode(windows)
         for prior in priors_of(bench, name):
-            drawn = sample_codes(codes, SAMPLES, prior=prior, rng=np.random.default_rng(bench.seed))
+            drawn = sample_codes(codes, SAMPLES, prior=prior, seed=bench.seed)
             motions[f"{name}, {prior}"] = projector.decode(drawn, windows.shape[1])
     stated = _stated(bench.training, frames=windows.shape[1], samples=SAMPLES, seed=bench.seed)
     for method, motion in motions.items():
@@ -216,13 +216,15 @@ def validity(motion: Array, mask: measures.Mask | None = None) -> dict[str, floa
     }
 
 
-def pairs(motions: MotionSet, n: int, *, rng: np.random.Generator) -> tuple[Array, Array]:
+@renamed(rng="seed")
+def pairs(motions: MotionSet, n: int, *, seed: Seed) -> tuple[Array, Array]:
     """Draw pairs of whole windows ``(n, T, F)``, the two of a pair of different clips."""
     whole = np.flatnonzero(motions.mask.all(axis=1))
     of = motions.clip_of[whole]
     if len(set(of)) < 2:
         raise ValueError("motions: to interpolate, it takes whole windows of two clips or more")
     chosen: list[tuple[int, int]] = []
+    rng = generator(seed)
     while len(chosen) < n:
         first, second = rng.integers(len(whole), size=2)
         if of[first] != of[second]:

@@ -89,7 +89,7 @@ def samples(bench: Bench) -> Figure:
     for name, projector in bench.projectors().items():
         codes = projector.encode(windows)
         for prior in evaluation.priors_of(bench, name):
-            drawn = sample_codes(codes, 1, prior=prior, rng=np.random.default_rng(bench.seed))
+            drawn = sample_codes(codes, 1, prior=prior, seed=bench.seed)
             rows[f"{name}, {prior}"] = projector.decode(drawn, windows.shape[1])[0]
     return pictures.strips(
         {name: local_positions(motion) for name, motion in rows.items()},

@@ -1,0 +1,132 @@
+"""One name for one thing: seed frames, randomness and times; and former names that say what they are called now."""
+
+import inspect
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+import npss
+from modules import MODULES
+from npss import gait, predictors, records, study
+from npss.validation import generator, renamed
+
+FORMER = [
+    (npss.unwrap, "seed", "seed_frames"),
+    (records.measure, "seed", "seed_frames"),
+    (predictors.zero_velocity, "seed", "seed_frames"),
+    (predictors.running_average, "seed", "seed_frames"),
+    (predictors.repeat, "seed", "seed_frames"),
+    (gait.gait, "rng", "seed"),
+    (study.design, "rng", "seed"),
+    (study.simulate_votes, "rng", "seed"),
+    (npss.score_windows, "edges_s", "edges_ms"),
+    (records.measure, "edges_s", "edges_ms"),
+]
+FORMER_OF_BASELINES = [
+    ("runs.run", "predictor_of", "rng", "seed"),
+    ("runs.run", "Run.predictor", "rng", "seed"),
+    ("runs.run", "ModelPredictor.__call__", "seed", "seed_frames"),
+    ("manifold.applications.corrupt", "zeros", "rng", "seed"),
+    ("manifold.applications.corrupt", "kinect", "rng", "seed"),
+    ("manifold.applications.sample", "sample_codes", "rng", "seed"),
+    ("manifold.evaluation.measure", "pairs", "rng", "seed"),
+]
+
+
+def refuses(function, former, present):
+    name = function.__name__
+    with pytest.raises(TypeError, match=rf"^{name}\(\) has no argument '{former}': it is called '{present}'$"):
+        function(**{former: 0})
+    parameters = inspect.signature(function).parameters
+    assert present in parameters
+    assert former not in parameters
+
+
+@pytest.mark.parametrize(("function", "former", "present"), FORMER)
+def test_a_former_name_is_refused_with_the_present_one(function, former, present):
+    refuses(function, former, present)
+
+
+@pytest.mark.parametrize(("module", "name", "former", "present"), FORMER_OF_BASELINES)
+def test_a_former_name_of_baselines_is_refused_with_the_present_one(module, name, former, present):
+    pytest.importorskip("torch")
+    function = import_module(f"npss_baselines.{module}")
+    for part in name.split("."):
+        function = getattr(function, part)
+    refuses(function, former, present)
+
+
+def test_a_function_with_former_names_is_otherwise_itself():
+    def draw(a, *, seed=0):
+        """Draw."""
+        return a, seed
+
+    changed = renamed(rng="seed")(draw)
+    assert changed(1) == (1, 0)
+    assert changed(1, seed=2) == changed(a=1, seed=2) == (1, 2)
+    assert (changed.__name__, changed.__doc__, inspect.signature(changed)) == ("draw", "Draw.", inspect.signature(draw))
+    with pytest.raises(TypeError, match="unexpected keyword argument 'other'"):
+        changed(1, other=2)
+
+
+def public_functions():
+    """Yield the name and the signature of every function and method that has a public name."""
+    for name in MODULES:
+        module = import_module(name)
+        owners = [module, *(value for value in vars(module).values() if inspect.isclass(value))]
+        for owner in owners:
+            for attribute, value in vars(owner).items():
+                own = getattr(value, "__module__", None) == name
+                if own and inspect.isfunction(value) and (attribute == "__init__" or not attribute.startswith("_")):
+                    yield f"{name}.{value.__qualname__}", inspect.signature(value)
+
+
+def test_no_argument_has_another_name_for_randomness_or_a_time():
+    pytest.importorskip("torch")
+    found = {
+        f"{function}({argument})"
+        for function, signature in public_functions()
+        for argument in signature.parameters
+        if argument in ("rng", "random_state", "generator") or argument.endswith(("_s", "_sec", "_seconds"))
+    }
+    assert found == set()
+
+
+def test_a_seed_is_a_number_or_a_generator():
+    expected = np.random.default_rng(5).random(3).tolist()
+    for seed in (5, np.int64(5), np.random.default_rng(5)):
+        assert generator(seed).random(3).tolist() == expected
+    own = np.random.default_rng(0)
+    assert generator(own) is own
+
+
+@pytest.mark.parametrize("seed", [None, 1.0, "1", True, [1], np.random.RandomState(0)])
+def test_what_is_no_seed(seed):
+    with pytest.raises(TypeError, match=r"^seed: expected a whole number or a numpy\.random\.Generator, got"):
+        generator(seed)
+
+
+def test_no_seed_is_negative():
+    with pytest.raises(ValueError, match=r"^seed: expected a whole number from 0 on, got -1"):
+        generator(-1)
+
+
+RANDOM = {
+    "gait": lambda seed: gait.gait(1, 5, seed=seed).tolist(),
+    "design": lambda seed: study.design(["a", "b"], range(4), 9, seed=seed),
+    "simulate_votes": lambda seed: study.simulate_votes(
+        [study.Question(1, 0, "a", "b")], {"a": 0.0, "b": 0.0}, 30, action="walking", seed=seed
+    ),
+    "interval": lambda seed: npss.report(*MOTIONS).interval(seed=seed),
+    "compare": lambda seed: npss.compare(*MOTIONS, MOTIONS[1] ** 2, seed=seed).p_value,
+}
+MOTIONS = np.random.default_rng(0).normal(size=(2, 20, 30, 2)).cumsum(axis=2)
+
+
+@pytest.mark.parametrize("name", RANDOM)
+def test_a_number_gives_the_same_draws_and_a_generator_moves_on(name):
+    draw = RANDOM[name]
+    own = np.random.default_rng(3)
+    assert draw(3) == draw(3) == draw(own)
+    assert draw(own) != draw(3)
