@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
 import overlap
 from npss import CONVENTIONS, poses_to_euler, protocol
 from npss._analysis.blocks import Blocks
-from npss._analysis.report import contributions
+from npss._metric.contributions import contributions
 from npss.predictors import repeat, zero_velocity
 from npss_baselines.data import h36m
 
@@ -90,7 +90,7 @@ def real(clips, sets):
             found = []
             for windows, labels in motions.values():
                 seed, target = windows[:, :N_SEED], windows[:, N_SEED:]
-                emd, weight = contributions(target, predictor(seed, overlap.N_TARGET), CONVENTIONS[convention])
+                _, emd, weight = contributions(target, predictor(seed, overlap.N_TARGET), CONVENTIONS[convention])
                 blocks = Blocks(labels, weight.sum(axis=1))
                 parts = [blocks.sums(values.sum(axis=1)) for values in (emd * weight, weight)]
                 found.append([coverage(*parts, n, sets) for n in N_BLOCKS])

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from npss._analysis.blocks import STATISTICS_VERSION, Groups, Label, read_groups
 from npss._analysis.fingerprint import fingerprint
-from npss._analysis.report import report
+from npss._metric.contributions import contributions
 from npss._metric.convention import CONVENTIONS, as_convention
 from npss._metric.euler_error import euler_error, moving_pair, sequence_errors
 from npss._metric.fields import Value
@@ -113,15 +113,21 @@ def measure(
         start = seed_frames if unwrapped == "seed" else None
         gt, pred = unwrap(gt, seed_frames=start), unwrap(pred, seed_frames=start)
     record["npss"] = {}
-    for name in conventions:
-        with Progress(f"NPSS {name}") as progress:
-            sums = weighted_sums(*motion_pair(gt, pred), as_convention(name), workers=workers, progress=progress)
-        record["npss"][name] = quotient(*sums)
     if sequences:
-        reports = {name: report(gt, pred, convention=name) for name in conventions}
-        alone["npss"] = {name: np.nan_to_num(one.per_sequence).tolist() for name, one in reports.items()}
-        alone["weight"] = {name: one.weight.sum(axis=1).tolist() for name, one in reports.items()}
+        alone |= {"npss": {}, "weight": {}}
         record["sequences"] = alone
+    for name in conventions:
+        truth, prediction = motion_pair(gt, pred)
+        with Progress(f"NPSS {name}") as progress:
+            how: dict[str, Any] = {"workers": workers, "progress": progress}
+            if not sequences:
+                record["npss"][name] = quotient(*weighted_sums(truth, prediction, as_convention(name), **how))
+                continue
+            parts = contributions(truth, prediction, as_convention(name), **how)
+        record["npss"][name] = parts.score
+        numerator, weight = parts.by_sequence()
+        alone["npss"][name] = np.divide(numerator, weight, out=np.zeros(len(weight)), where=weight > 0).tolist()
+        alone["weight"][name] = weight.tolist()
     if edges_ms:
         record["npss_windows"] = {
             name: score_windows(gt, pred, fps=_needed(fps), edges_ms=edges_ms, convention=name, workers=workers)

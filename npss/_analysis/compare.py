@@ -12,13 +12,12 @@ import numpy.typing as npt
 
 from npss._analysis.blocks import INFERRED, Blocks, Label, counted, read_groups
 from npss._analysis.bootstrap import checked_level
-from npss._analysis.report import contributions
 from npss._analysis.sign_flip import MIN_BLOCKS_OF_TEST, SAMPLES, SignFlips, settled, sign_flips
+from npss._metric.contributions import contributions
 from npss._metric.convention import Convention, as_convention
 from npss._metric.euler_error import sequence_errors
 from npss._metric.fields import Value
 from npss._metric.frames import whole_frames
-from npss._metric.score import quotient, weighted_sums
 from npss._metric.signature import signature, stated_with
 from npss.validation import Float64, Seed, motion_array, motion_pair, one_of, positive_number
 
@@ -215,9 +214,8 @@ def compare(
             if metric == "euler_error":
                 errors = sequence_errors(truth, pred)[:, frame]
                 return float(errors.mean()), errors, np.ones(len(errors))
-            value = quotient(*weighted_sums(truth, pred, chosen))
-            emd, weight = contributions(truth, pred, chosen)
-            return value, (weight * emd).sum(axis=1), weight.sum(axis=1)
+            parts = contributions(truth, pred, chosen)
+            return parts.score, *parts.by_sequence()
         except (TypeError, ValueError) as error:
             raise type(error)(re.sub("^pred:", f"{name}:", str(error))) from error
 

@@ -11,13 +11,12 @@ import numpy.typing as npt
 from npss._analysis.blocks import INFERRED, Blocks, Groups, Label, read_groups
 from npss._analysis.fingerprint import fingerprint
 from npss._analysis.interval import Interval, Range, interval, method
+from npss._metric.contributions import contributions
 from npss._metric.convention import Convention, as_convention
 from npss._metric.fields import Value
-from npss._metric.kernel import blocks, tile
-from npss._metric.score import score
 from npss._metric.signature import signature, stated_with
 from npss.console._tables import table
-from npss.validation import Array, Float64, Seed, each, motion_pair, positive_number
+from npss.validation import Float64, Seed, each, motion_pair, positive_number
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -231,12 +230,11 @@ def report(
         stated["fps"] = positive_number("fps", fps)
     meaning = signature(chosen, **stated)
     labels = read_groups("groups", groups, len(truth) if truth.ndim == 3 else 1)
-    value = score(truth, prediction, convention=chosen)
-    emd, weight = contributions(truth, prediction, chosen)
+    score, emd, weight = contributions(truth, prediction, chosen)
     Blocks(labels, weight.sum(axis=1))  # of which one has power
     emd.flags.writeable = weight.flags.writeable = False
     return Report(
-        score=value,
+        score=score,
         signature=meaning,
         emd=emd,
         weight=weight,
@@ -244,28 +242,6 @@ def report(
         fingerprint=fingerprint(truth),
         groups=labels,
     )
-
-
-def contributions(gt: Array, pred: Array, convention: Convention) -> tuple[Float64, Float64]:
-    """Return the distance and the weight of every feature of every sequence, both ``(N, D)``.
-
-    Raises
-    ------
-    ValueError
-        If a value is NaN or infinite, or the weights leave the range of float64.
-    """
-    shape = (len(gt) if gt.ndim == 3 else 1, gt.shape[-1])
-    emd, weight = np.empty(shape), np.empty(shape)
-    for block in blocks(gt):
-        part = tile(gt, pred, convention, block)
-        emd[block] = part.distance
-        with np.errstate(over="ignore", under="ignore"):
-            weight[block] = part.weight if part.exponent is None else np.ldexp(part.weight, part.exponent)
-    with np.errstate(over="ignore"):
-        total = float(weight.sum())
-    if not 1e-280 < total < 1e290:  # so that no sum of weighted distances leaves it, nor loses bits
-        raise ValueError("gt: its power is beyond float64; scale it (a power of two keeps every bit of the score)")
-    return np.where(weight > 0, emd, 0.0), weight
 
 
 def joint_of(feature: str) -> str:

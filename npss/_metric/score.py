@@ -11,7 +11,7 @@ import numpy.typing as npt
 from npss._metric.convention import Convention, as_convention
 from npss._metric.exact_sum import exact_sum
 from npss._metric.frames import whole_frames
-from npss._metric.kernel import Block, blocks, tile
+from npss._metric.kernel import Block, Tile, blocks, tile
 from npss.validation import Array, check_finite, each, is_integer, motion_pair, positive_number, renamed
 
 
@@ -160,8 +160,12 @@ def weighted_sums(
     workers: int = 1,
     where: str = "",
     progress: Callable[[float], None] = lambda share: None,
+    keep: Callable[[Tile], None] = lambda part: None,
 ) -> tuple[int, int]:
-    """Return the sums of weight times distance and of the weights, exact, in units of ``2**-UNIT``."""
+    """Return the sums of weight times distance and of the weights, exact, in units of ``2**-UNIT``.
+
+    `keep` is called with the statistics of each block; by several threads at once, if there are several.
+    """
     threads = n_workers(workers)
     if gt.shape[-2] < 2:
         raise ValueError(f"gt: one frame{where}; a power spectrum needs at least two")
@@ -169,6 +173,7 @@ def weighted_sums(
 
     def sums(block: Block) -> tuple[int, int]:
         part = tile(gt, pred, convention, block)
+        keep(part)
         return exact_sum(part.weight * part.distance, part.exponent), exact_sum(part.weight, part.exponent)
 
     numerator = denominator = 0

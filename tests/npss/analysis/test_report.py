@@ -14,7 +14,9 @@ import npss
 import oracles
 from npss._analysis.blocks import INFERRED
 from npss._analysis.bootstrap import bootstrap_interval
-from npss._analysis.report import contributions, joint_of
+from npss._analysis.report import joint_of
+from npss._metric.contributions import contributions
+from npss._metric.kernel import blocks, tile
 from npss.records import measure
 from strategies import pairs
 
@@ -465,3 +467,26 @@ def test_records_of_sequences_are_of_what_was_unwrapped():
     record = measure(wrapped, pred, conventions=("paper",), unwrapped="target", frames=20, sequences=True)
     pairs_ = zip(npss.unwrap(wrapped), npss.unwrap(pred), strict=True)
     close(record["sequences"]["npss"]["paper"], [npss.score(*one) for one in pairs_])
+
+
+@pytest.mark.parametrize("sequences", [False, True])
+def test_each_block_is_computed_once_for_the_score_and_its_parts(monkeypatch, sequences):
+    gt, pred = motions(n=70, n_frames=50, d=600)  # of two blocks
+    seen = []
+
+    def counted(*arguments):
+        seen.append(arguments[-1])
+        return tile(*arguments)
+
+    monkeypatch.setattr("npss._metric.score.tile", counted)
+    record = measure(gt, pred, conventions=("paper",), sequences=sequences, frames=50)
+    assert len(seen) == len(blocks(gt)) > 1
+    assert record["npss"]["paper"] == npss.score(gt, pred)
+
+
+def test_parts_are_the_same_of_any_number_of_threads():
+    gt, pred = motions(n=70, n_frames=50, d=600)
+    one, several = (contributions(gt, pred, npss.CONVENTIONS["paper"], workers=n) for n in (1, 3))
+    assert one.score == several.score == npss.score(gt, pred)
+    np.testing.assert_array_equal(one.emd, several.emd)
+    np.testing.assert_array_equal(one.weight, several.weight)
