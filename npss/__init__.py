@@ -16,7 +16,7 @@ from npss._metric.convention import CONVENTIONS, Convention
 from npss._metric.score import score, score_windows
 
 if TYPE_CHECKING:
-    from npss import plot, protocol, published, rotations, skeleton, study
+    from npss import metrics, plot, protocol, published, records, rotations, skeleton, study
     from npss._analysis.compare import Comparison, compare
     from npss._analysis.diagnose import Finding, diagnose
     from npss._analysis.interval import Interval, Range
@@ -48,12 +48,14 @@ __all__ = [
     "euler_error_curve",
     "explain",
     "leaderboard",
+    "metrics",
     "mse",
     "parse_signature",
     "plot",
     "poses_to_euler",
     "protocol",
     "published",
+    "records",
     "report",
     "rotations",
     "score",
@@ -80,12 +82,14 @@ _LAZY = {
     "euler_error_curve": "npss._metric.euler_error",
     "explain": "npss._metric.explain",
     "leaderboard": "npss.ranking._leaderboard",
+    "metrics": "npss.metrics",
     "mse": "npss._metric.euler_error",
     "parse_signature": "npss._metric.signature",
     "plot": "npss.plot",
     "poses_to_euler": "npss.rotations._poses",
     "protocol": "npss.protocol",
     "published": "npss.published",
+    "records": "npss.records",
     "report": "npss._analysis.report",
     "rotations": "npss.rotations",
     "signature": "npss._metric.signature",

@@ -6,6 +6,7 @@ import csv
 from importlib.resources import files
 from typing import Any
 
+from npss._metric.registry import EULER_ERROR, NPSS
 from npss._metric.signature import signature
 from npss.records import Record, signature_of
 from npss.validation import one_of
@@ -94,8 +95,8 @@ def _record(rows: list[dict[str, str]], protocol: str) -> Record:
     """Return the record of rows that belong to one model, action and number of frames."""
     first = rows[0]
     record: dict[str, Any] = {"model": first["model"], "action": first["action"]}
-    errors = {row["at"]: float(row["value"]) for row in rows if row["metric"] == "euler_error"}
-    scores = {row["at"]: float(row["value"]) for row in rows if row["metric"] == "npss"}
+    errors = {row["at"]: float(row["value"]) for row in rows if row["metric"] == EULER_ERROR.name}
+    scores = {row["at"]: float(row["value"]) for row in rows if row["metric"] == NPSS.name}
     stated: dict[str, Any] = {"fps": 25, "frames": 100, "representation": "euler", "protocol": protocol}
     if first["action"] == _LAFAN1:
         record["action"] = f"{_LAFAN1}, {first['frames']} frames"
@@ -104,19 +105,19 @@ def _record(rows: list[dict[str, str]], protocol: str) -> Record:
     stated["unwrap"] = "off"
     if errors:
         record["euler_error"] = errors
-        stated |= {"columns": "gt", "average": "at"}
+        stated |= EULER_ERROR.stated()
     if scores:
         record["npss"] = {"released": scores[""]}
     if windows := {window: score for window, score in scores.items() if window}:
         record["npss_windows"] = {"released": windows}
     convention = "released" if scores else None
-    metrics = [metric for metric in ("npss", "euler_error") if metric in record]
+    metrics = [metric for metric in (NPSS.name, EULER_ERROR.name) if metric in record]
     record["signature"] = signature(convention, metric="+".join(metrics), **stated)
     record["signatures"] = {}
     if convention:
-        record["signatures"][convention] = signature_of(record, "npss", convention)
+        record["signatures"][convention] = signature_of(record, NPSS.name, convention)
     if errors:
-        record["signatures"]["euler_error"] = signature_of(record, "euler_error")
+        record["signatures"][EULER_ERROR.name] = signature_of(record, EULER_ERROR.name)
     tables = list(dict.fromkeys(row["table"] for row in rows if row["table"]))
     where = f", Table{'s' if len(tables) > 1 else ''} {', '.join(tables)}" if tables else ""
     record["source"] = first["source"] + where

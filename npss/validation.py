@@ -141,6 +141,14 @@ def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array]:
     return first, second
 
 
+class BeyondFloat64Error(ValueError):
+    """An argument is finite, and what is computed from it is not; `what` says so without the argument's name."""
+
+    def __init__(self, name: str, what: str) -> None:
+        super().__init__(f"{name}: {what}")
+        self.what = what
+
+
 def one_of(name: str, value: object, choices: tuple[str, ...]) -> None:
     """Raise a ValueError (a TypeError where it is no string) unless `value` is one of `choices`."""
     if not isinstance(value, str):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -13,13 +12,12 @@ import numpy.typing as npt
 from npss._analysis.blocks import INFERRED, Blocks, Label, counted, read_groups
 from npss._analysis.bootstrap import checked_level
 from npss._analysis.sign_flip import MIN_BLOCKS_OF_TEST, SAMPLES, SignFlips, settled, sign_flips
-from npss._metric.contributions import contributions
 from npss._metric.convention import Convention, as_convention
-from npss._metric.euler_error import sequence_errors
 from npss._metric.fields import Value
 from npss._metric.frames import whole_frames
-from npss._metric.signature import signature, stated_with
-from npss.validation import Float64, Seed, motion_array, motion_pair, one_of, positive_number
+from npss._metric.registry import EULER_ERROR, NPSS, metric_called
+from npss._metric.signature import signature, stated_with, with_fields_of
+from npss.validation import Float64, Seed, positive_number, real_array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -29,7 +27,7 @@ class Comparison:
     Parameters
     ----------
     a, b : float
-        The two scores; lower is better.
+        The two scores.
     a_in_blocks, b_in_blocks : float
         Those of the sequences that are in blocks: the same, if none is left out.
     signature : str
@@ -37,7 +35,7 @@ class Comparison:
     n : int
         Blocks that count: those with power.
     better : int
-        Blocks in which the first is better.
+        Blocks in which the first is better: lower, unless the metric says otherwise.
     p_value : float or None
         Two-sided: how often names of models dealt at random in every block make a difference at least as large. None
         of fewer than six blocks, which cannot show a difference.
@@ -59,7 +57,7 @@ class Comparison:
 
     @property
     def difference(self) -> float:
-        """Score of the first minus that of the second, in blocks: negative where the first is better."""
+        """Score of the first minus that of the second, in blocks: negative where the first is lower."""
         return self.a_in_blocks - self.b_in_blocks
 
     def interval(self, *, level: float = 0.95) -> tuple[float, float]:
@@ -112,7 +110,7 @@ def compare(
     pred_a: npt.ArrayLike,
     pred_b: npt.ArrayLike,
     *,
-    metric: str = "npss",
+    metric: str = NPSS.name,
     convention: str | Convention = "paper",
     fps: float | None = None,
     at_ms: float | None = None,
@@ -130,17 +128,18 @@ def compare(
     Parameters
     ----------
     gt : (N, T, D) array_like
-        Ground truth of N >= 2 sequences.
+        Ground truth of N >= 2 sequences; for a metric of positions, (N, T, J, 3).
     pred_a, pred_b : (N, T, D) array_like
         Two predictions of it.
-    metric : {'npss', 'euler_error'}, optional
-        What to compare by.
+    metric : str, optional
+        What to compare by: ``'npss'``, ``'euler_error'``, ``'mse'``, or a metric that is registered (`npss.metrics`),
+        of motion of the kind that it takes.
     convention : {'paper', 'released', 'literal'} or Convention, optional
         Of NPSS.
     fps : float, optional
-        Frames per second; needed for the Euler error, else only stated in the signature.
+        Frames per second; needed for the Euler error, else only stated in the signature, or given to the metric.
     at_ms : float, optional
-        The time of the Euler error, in milliseconds.
+        The time of the Euler error, or of another metric that has times, in milliseconds.
     groups : sequence of str, int or None, optional
         A label for each sequence, as for `report`: those of equal label depend on each other and are exchanged
         together; those of None count for the two scores alone. By default each sequence is assumed to be independent
@@ -162,7 +161,8 @@ def compare(
     TypeError, ValueError
         As `score` or `euler_error`, with the names ``pred_a`` and ``pred_b``; where there is only one sequence, `fps`
         and `at_ms` do not fit the metric, there are not as many labels as sequences, no sequence with power is in a
-        block, or a weight leaves the range of float64.
+        block, or a weight leaves the range of float64. If no metric has that name, or it has no number of each
+        sequence, or other weights for each prediction.
 
     Notes
     -----
@@ -189,39 +189,38 @@ def compare(
     >>> comparison.difference < 0, comparison.p_value
     (True, 0.0078125)
     """
-    one_of("metric", metric, ("npss", "euler_error"))
-    truth = motion_array("gt", gt)
-    if truth.ndim != 3 or len(truth) < 2:
-        raise ValueError(f"gt: expected shape (N, T, D) with N >= 2 sequences to pair, got {truth.shape}")
+    compared = metric_called(metric)
+    if compared.aggregation == "none":
+        raise ValueError(f"metric: {metric!r} has no number of each sequence, which a comparison is made of")
+    truth, shape = real_array("gt", gt), "(N, T, J, 3)" if compared.takes == "positions" else "(N, T, D)"
+    if truth.ndim != shape.count(",") + 1 or len(truth) < 2:
+        raise ValueError(f"gt: expected shape {shape} with N >= 2 sequences to pair, got {truth.shape}")
     known: dict[str, Value] = {"frames": truth.shape[1]}
     rate = None if fps is None else positive_number("fps", fps)
     if rate is not None:
         known["fps"] = rate
-    if metric == "npss" and at_ms is not None:
-        raise ValueError("at_ms: NPSS is of all frames; leave it out, or compare by metric='euler_error'")
+    if at_ms is not None and not compared.has_times:
+        raise ValueError(
+            f"at_ms: {compared.heading} is of all frames; leave it out, or compare by metric={EULER_ERROR.name!r}"
+        )
     chosen = as_convention(convention)
-    if metric == "euler_error":
+    if compared.has_times:
         if rate is None or at_ms is None:
-            raise ValueError("at_ms: the Euler error is one of a time: give fps and at_ms")
-        frame = whole_frames("at_ms", at_ms, rate, first=1, last=truth.shape[1]) - 1
-        known |= {"at_ms": at_ms, "columns": "gt", "average": "at"}
-    stated = stated_with(compare, context, extra, **known)
-    meaning = signature(chosen if metric == "npss" else None, metric=metric, **stated)
+            raise ValueError(f"at_ms: the {compared.heading} is one of a time: give fps and at_ms")
+        whole_frames("at_ms", at_ms, rate, first=1, last=truth.shape[1])
+        known["at_ms"] = at_ms
+    stated = with_fields_of(compared, stated_with(compare, context, extra, **known))
+    meaning = signature(chosen if compared.has_conventions else None, metric=compared.name, **stated)
 
-    def measured(name: str, values: npt.ArrayLike) -> tuple[float, Float64, Float64]:
-        try:
-            _, pred = motion_pair(truth, values)
-            if metric == "euler_error":
-                errors = sequence_errors(truth, pred)[:, frame]
-                return float(errors.mean()), errors, np.ones(len(errors))
-            parts = contributions(truth, pred, chosen)
-            return parts.score, *parts.by_sequence()
-        except (TypeError, ValueError) as error:
-            raise type(error)(re.sub("^pred:", f"{name}:", str(error))) from error
+    def measured(name: str, pred: npt.ArrayLike) -> tuple[float, Float64, Float64]:
+        found = compared.measure(truth, pred, pred_name=name, convention=chosen, fps=rate, at_ms=at_ms)
+        return found.value, np.asarray(found.numerator), np.asarray(found.weight)
 
     labels = read_groups("groups", groups, len(truth))
     a, first, weight = measured("pred_a", pred_a)
-    b, second, _ = measured("pred_b", pred_b)
+    b, second, other_weight = measured("pred_b", pred_b)
+    if not np.array_equal(weight, other_weight):
+        raise ValueError(f"metric: the weights of {metric!r} differ, so they do not depend on gt alone, as they should")
     blocks = Blocks(labels, weight)
     base = blocks.sums(weight)
     counts = base > 0
@@ -235,7 +234,7 @@ def compare(
         b_in_blocks=inside[1],
         signature=meaning,
         n=blocks.n,
-        better=int((settled(difference, base[counts]) < 0).sum()),
+        better=int((compared.sign * settled(difference, base[counts]) < 0).sum()),
         p_value=flips.p_value() if blocks.n >= MIN_BLOCKS_OF_TEST else None,
         exact=flips.exact,
         _blocks=str(blocks),

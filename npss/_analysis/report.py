@@ -14,6 +14,7 @@ from npss._analysis.interval import Interval, Range, interval, method
 from npss._metric.contributions import contributions
 from npss._metric.convention import Convention, as_convention
 from npss._metric.fields import Value
+from npss._metric.registry import NPSS
 from npss._metric.signature import signature, stated_with
 from npss.console._tables import table
 from npss.validation import Float64, Seed, each, motion_pair, positive_number
@@ -127,7 +128,7 @@ class Report:
         found, blocks = self.interval(), self._blocks
         inside = f"; in blocks {self.score_in_blocks:.4f}" if blocks.left_out else ""
         lines = [
-            f"NPSS {self.score:.4f}{inside}, {found.low:.4f} to {found.high:.4f} ({method(blocks)})",
+            f"{NPSS.heading} {self.score:.4f}{inside}, {found.low:.4f} to {found.high:.4f} ({method(blocks)})",
             f"  {self.signature}",
             f"  {blocks}",
             f"  {INFERRED}",
@@ -138,7 +139,7 @@ class Report:
             lines.append(f"and {len(shares) - 8} more")
         alone = self.per_sequence
         worst = np.argsort(-alone, kind="stable")  # NaN comes last
-        lines += ["", table(["sequence", "NPSS"], [[str(i), f"{alone[i]:.4f}"] for i in worst[:8]], "rr")]
+        lines += ["", table(["sequence", NPSS.heading], [[str(i), f"{alone[i]:.4f}"] for i in worst[:8]], "rr")]
         if len(worst) > 8:
             lines.append(f"and {len(worst) - 8} more, with less")
         return "\n".join(lines)

@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy.typing as npt
 
 from npss._metric.convention import Convention, as_convention, convention_name
+from npss._metric.registry import NPSS
 from npss._metric.score import quotient, weighted_sums
 from npss._metric.signature import METRIC_VERSION, parse_signature, signature
 from npss.validation import motion_pair
@@ -149,7 +150,7 @@ class Accumulator:
         if not isinstance(state, dict) or sorted(map(str, state)) != sorted(_FIELDS):
             raise ValueError(f"state: expected a dict with the keys {', '.join(_FIELDS)}, got {state!r:.80}")
         stated = parse_signature(state["signature"])
-        if stated["metric"] != "npss" or stated["version"] != METRIC_VERSION or "frames" not in stated:
+        if stated["metric"] != NPSS.name or stated["version"] != METRIC_VERSION or "frames" not in stated:
             raise ValueError(
                 f"state: {state['signature']!r} is not that of an accumulator of version {METRIC_VERSION} of the metric"
             )

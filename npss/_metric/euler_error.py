@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from npss._metric.exact_sum import UNIT, exact_sum
 from npss._metric.frames import whole_frames
-from npss.validation import Array, Float64, check_finite, each, motion_pair, one_of, positive_number
+from npss.validation import Array, BeyondFloat64Error, Float64, check_finite, each, motion_pair, one_of, positive_number
 
 _BLOCK = 2**16  # values of one array worked on at once
 #: A feature moves if its standard deviation over the frames of a sequence exceeds this.
@@ -164,7 +164,7 @@ def mse(gt: npt.ArrayLike, pred: npt.ArrayLike) -> float:
     try:
         return total / (truth.size << UNIT)
     except OverflowError:
-        raise ValueError("pred: its mean squared difference from gt is beyond the largest float64") from None
+        raise BeyondFloat64Error("pred", "its mean squared difference from gt is beyond the largest float64") from None
 
 
 def sequence_errors(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: str = "gt") -> Float64:
@@ -202,7 +202,7 @@ def _curve(gt: Array, pred: Array, columns: str) -> Float64:
 
 def _check_range(errors: Float64) -> None:
     if not np.isfinite(errors).all():
-        raise ValueError("pred: its difference from gt is beyond the largest float64")
+        raise BeyondFloat64Error("pred", "its difference from gt is beyond the largest float64")
 
 
 def _errors(gt: Array, pred: Array, columns: str) -> Iterator[Float64]:

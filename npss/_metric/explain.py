@@ -6,6 +6,7 @@ from typing import Any
 
 from npss._metric.convention import CONVENTIONS, Convention, as_convention, convention_name
 from npss._metric.fields import FIELDS
+from npss._metric.registry import EULER_ERROR, METRICS, NPSS
 from npss._metric.signature import METRIC_VERSION, parse_signature, stated_of
 
 _CHOICES = {
@@ -30,7 +31,7 @@ _NAMED = {
 #: What a number must state to stand beside a published one: for each table, the fields and their values; None for a
 #: field that may be left out. A field that no table knows makes the number another one.
 _TABLES: dict[str, dict[str, dict[str, tuple[object, ...]]]] = {
-    "npss": {
+    NPSS.name: {
         "tables 4 and 5 of the NPSS paper (Human3.6M)": {
             "convention": ("released",),
             "representation": ("euler",),
@@ -50,7 +51,7 @@ _TABLES: dict[str, dict[str, dict[str, tuple[object, ...]]]] = {
             "quaternions": ("continuous",),
         },
     },
-    "euler_error": {
+    EULER_ERROR.name: {
         "tables 6 and 7 of the NPSS paper (Human3.6M)": {
             "representation": ("euler",),
             "fps": (25,),
@@ -66,11 +67,11 @@ _TABLES: dict[str, dict[str, dict[str, tuple[object, ...]]]] = {
 _UNKNOWN = "strong evidence, not fact, since at which frame the paper's own rows are cut is not known; its code cuts"
 #: How it is known what the tables hold, by metric and protocol.
 _EVIDENCE = {
-    ("npss", "srnn-8"): f"{_UNKNOWN} one frame later (srnn-8-late)",
-    ("npss", "srnn-8-late"): f"{_UNKNOWN} here",
-    ("npss", "lafan1"): "fact, since the benchmark's own code computes this number",
-    ("euler_error", "srnn-8"): f"{_UNKNOWN} one frame later (srnn-8-late)",
-    ("euler_error", "srnn-8-late"): (
+    (NPSS.name, "srnn-8"): f"{_UNKNOWN} one frame later (srnn-8-late)",
+    (NPSS.name, "srnn-8-late"): f"{_UNKNOWN} here",
+    (NPSS.name, "lafan1"): "fact, since the benchmark's own code computes this number",
+    (EULER_ERROR.name, "srnn-8"): f"{_UNKNOWN} one frame later (srnn-8-late)",
+    (EULER_ERROR.name, "srnn-8-late"): (
         f"{_UNKNOWN} here, but the zero-velocity row of table 6, copied from Martinez et al., is of srnn-8"
     ),
 }
@@ -120,23 +121,20 @@ def explain(signature: str) -> str:
     return "\n".join(lines)
 
 
-def _explain_metric(metric: str, values: dict[str, Any]) -> list[str]:
-    if metric == "npss":
-        return [line for convention in _conventions(values) for line in _explain_convention(convention)]
-    if metric == "euler_error":
-        return [
-            "Euler error: the Euclidean norm of the difference of Euler angles in a frame, averaged over sequences."
-        ]
-    if metric == "mse":
-        return ["MSE: the mean, over sequences, frames and features, of the squared difference."]
-    return [f"{metric}: not a metric of this library."]
+def _explain_metric(name: str, values: dict[str, Any]) -> list[str]:
+    metric = METRICS.get(name)
+    if metric is None:
+        return [f"{name}: not a metric of this library, nor registered."]
+    if metric.has_conventions:
+        return [line for one in _conventions(values) for line in _explain_convention(metric.heading, one)]
+    return [f"{metric.heading}: {metric.says}."]
 
 
-def _explain_convention(convention: Convention) -> list[str]:
+def _explain_convention(heading: str, convention: Convention) -> list[str]:
     name = convention_name(convention)
     head = f"convention '{name}': {_NAMED[name]}." if name else "a convention of its own."
     choices = [f"  - {text}" for (field, choice), text in _CHOICES.items() if getattr(convention, field) == choice]
-    return [f"NPSS, {head}", *choices]
+    return [f"{heading}, {head}", *choices]
 
 
 def _conventions(values: dict[str, Any]) -> list[Convention]:
@@ -151,14 +149,14 @@ def _compare(values: dict[str, Any], table: str, needed: dict[str, tuple[object,
     missing += [f"what {name} means" for name in values if name not in known and values[name] is not None]
     missing += [f"what {name} means" for name in values.get("extra", ())]
     differing: list[str] = []
-    subject = {"npss": "NPSS", "euler_error": "Euler error"}[values["metric"]]
+    subject = METRICS[values["metric"]].heading
     for name, allowed in needed.items():
         if name == "convention":
             # A line that states several conventions belongs to several scores: that of the table's own is meant.
             if CONVENTIONS["released"] not in _conventions(values):
                 differing.append("the convention must be released")
             elif len(_conventions(values)) > 1:
-                subject = "NPSS released (of the several scores, that one alone)"
+                subject += " released (of the several scores, that one alone)"
         elif name in values and values[name] not in allowed:
             wanted = " or ".join(str(value) for value in allowed if value is not None)
             differing.append(f"{name} must be {wanted}, not {values[name]}")

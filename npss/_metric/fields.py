@@ -66,6 +66,7 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
         "average": Field(
             "Euler error", "one of", {"at": "at the stated times", "up-to": "averaged up to the stated times"}
         ),
+        "better": Field("which numbers are better", "one of", {"lower": "lower ones", "higher": "higher ones"}),
         "clip": Field("clip that others are compared with"),
         "clips": Field("clips, or how many", "any"),
         "columns": Field(

@@ -20,13 +20,14 @@ import numpy as np
 
 from npss._metric.convention import Convention, as_convention, convention_name
 from npss._metric.fields import FIELDS, FIRST, Value, check_names, check_value
+from npss._metric.metric import FIELD, NAME, Metric
+from npss._metric.registry import METRICS, NPSS, metric_called
 from npss.validation import each, is_integer, positive_integer
 
 #: Raised only when a change of the library changes a number. It says so in the changelog, too.
 METRIC_VERSION = 1
 
-_METRIC = r"[a-z_]+(\+[a-z_]+)*"
-_FIELD = r"[A-Za-z_][A-Za-z0-9_]*"
+_METRIC = rf"{NAME}(\+{NAME})*"
 _INTEGER = r"-?[0-9]+"
 _FLOAT = r"-?[0-9]+(\.[0-9]+)?(e[+-]?[0-9]+)?"
 _PLAIN = r"[^\s\"](.*[^\s\"])?"
@@ -36,7 +37,7 @@ _ESCAPES = {"%": "%25", "|": "%7C", ":": "%3A", "+": "%2B"}
 def signature(
     convention: str | Convention | Sequence[str | Convention] | None = "paper",
     *,
-    metric: str = "npss",
+    metric: str = NPSS.name,
     version: int = METRIC_VERSION,
     extra: Mapping[str, Value] | None = None,
     **context: Value,
@@ -51,7 +52,7 @@ def signature(
         The convention of the score; several where one record holds the scores of several; None for a
         metric that has none (the Euler error).
     metric : str, optional
-        The metric, or several joined by ``+``: ``'npss'``, ``'euler_error'``, ``'mse'``.
+        The metric, or several joined by ``+``: ``'npss'``, ``'euler_error'``, ``'mse'``, or one of your own.
     version : int, optional
         The version of the metric: it changes only when numbers change.
     extra : mapping of str to str, int, float or bool; optional
@@ -92,7 +93,7 @@ def signature(
         raise ValueError(f"metric: expected lower-case names joined by '+', got {metric!r}")
     parts = [metric, f"version:{positive_integer('version', version)}"]
     if convention is not None:
-        if "npss" not in metric.split("+"):
+        if not any(one in METRICS and METRICS[one].has_conventions for one in metric.split("+")):
             raise ValueError(f"convention: {metric} has none; pass None")
         several = (
             [convention] if isinstance(convention, str | Convention) else each("convention", convention, "conventions")
@@ -101,7 +102,7 @@ def signature(
             raise ValueError("convention: expected at least one")
         parts.append("convention:" + "+".join(_write_convention(one) for one in several))
     for name in own:
-        if not re.fullmatch(_FIELD, name):
+        if not re.fullmatch(FIELD, name):
             raise ValueError(f"extra: a signature's fields are named by ASCII letters, digits and '_', not {name!r}")
     for name, value in context.items():
         check_value(name, value)
@@ -147,7 +148,7 @@ def parse_signature(signature: str) -> dict[str, Any]:
     extra: dict[str, Value] = {}
     for part in parts:
         name, colon, text = part.partition(":")
-        if not colon or not re.fullmatch(_FIELD, name) or name in (*values, *extra, "extra"):
+        if not colon or not re.fullmatch(FIELD, name) or name in (*values, *extra, "extra"):
             raise ValueError(f"signature: {part!r} is not a new field 'name:value' in {signature!r}")
         if name == "convention":
             values[name] = _read_convention(text)
@@ -170,14 +171,14 @@ def stated_of(metric: str, values: dict[str, Any]) -> dict[str, Any]:
     """Return what a parsed signature, perhaps of several metrics, states of one of them."""
     if values["metric"] == metric:
         return values
-    stated = {**values, "metric": metric}
-    if metric == "npss":
-        for name in ("columns", "average", "still"):  # of the Euler error
-            stated.pop(name, None)
-    else:
-        stated["convention"] = None
-        stated["unwrap"] = "off"  # which, in a record, is done for NPSS alone
-    return stated
+    own = metric_called(metric)
+    others = {name for other in values["metric"].split("+") if other in METRICS for name in METRICS[other].fields}
+    stated = {name: value for name, value in values.items() if name in own.fields or name not in others}
+    stated = {"convention": None, **stated, "metric": metric}
+    if own.takes != "angles":
+        return {name: value for name, value in stated.items() if name not in ("representation", "unwrap")}
+    # In a record, jumps are removed for NPSS alone.
+    return stated if "unwrap" in own.fields else stated | {"unwrap": "off"}
 
 
 def stated_with(
@@ -191,6 +192,22 @@ def stated_with(
         As `check_names`.
     """
     return {**known, **context, "extra": check_names(call, context, extra, known)}
+
+
+def with_fields_of(metric: Metric, stated: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a signature states, and what that of a metric states besides.
+
+    Raises
+    ------
+    TypeError
+        If it states that already.
+    """
+    own = metric.stated()
+    extra, own_extra = stated.get("extra", {}), own.pop("extra", {})
+    for name in (*own, *own_extra):
+        if name in stated or name in extra:
+            raise TypeError(f"{name}: the signature states it anyway; leave it out")
+    return {**stated, **own, "extra": {**own_extra, **extra}}
 
 
 def _write(name: str, value: object) -> str:

@@ -2,6 +2,7 @@
 
 from npss.commands._leaderboard import add_leaderboard_options, leaderboard_of, show_leaderboard
 from npss.commands._main import main
+from npss.commands._metrics import add_metrics
 from npss.commands._report import write_report
 
-__all__ = ["add_leaderboard_options", "leaderboard_of", "main", "show_leaderboard", "write_report"]
+__all__ = ["add_leaderboard_options", "add_metrics", "leaderboard_of", "main", "show_leaderboard", "write_report"]

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from npss.commands._metrics import add_metrics
 from npss.files._json import read_json
 from npss.files._samples import add_max_size
 
@@ -38,6 +39,7 @@ def add_parser(commands: Any) -> None:
     )
     add_protocol(parser)
     add_groups(parser)
+    add_metrics(parser)
     add_leaderboard_options(parser)
     parser.set_defaults(run=run)
 
@@ -95,7 +97,12 @@ def add_leaderboard_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Print the leaderboard."""
     board = leaderboard_of(
-        options.paths, options, groups=groups_of(options), max_size=options.max_size, **context_of(options)
+        options.paths,
+        options,
+        metrics=options.metrics,
+        groups=groups_of(options),
+        max_size=options.max_size,
+        **context_of(options),
     )
     show_leaderboard(board, options)
 

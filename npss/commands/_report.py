@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from npss._analysis.diagnose import diagnose
 from npss._analysis.report import Report, report
 from npss._metric.euler_error import moving_pair
+from npss._metric.registry import EULER_ERROR, NPSS
 from npss._metric.signature import parse_signature
 from npss._pages.report import Figure, report_page
 from npss.commands._leaderboard import (
@@ -22,6 +23,7 @@ from npss.commands._leaderboard import (
     leaderboard_of,
     show_leaderboard,
 )
+from npss.commands._metrics import add_metrics
 from npss.console._progress import Progress
 from npss.files._samples import Pair
 from npss.files._write import check_output, write_text_atomically
@@ -53,6 +55,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="write the page to this file")
     add_protocol(parser)
     add_groups(parser)
+    add_metrics(parser)
     add_leaderboard_options(parser)
     parser.set_defaults(run=run)
 
@@ -61,7 +64,8 @@ def run(options: argparse.Namespace) -> None:
     """Write the page, and print the leaderboard."""
     check_output(options.output, sample_files(options.paths))
     submissions = read_submissions(options.paths, max_size=options.max_size)
-    board = leaderboard_of(records_of(submissions, **context_of(options)), options, groups=groups_of(options))
+    records = records_of(submissions, metrics=options.metrics, **context_of(options))
+    board = leaderboard_of(records, options, groups=groups_of(options))
     write_report(options.output, submissions, board)
     show_leaderboard(board, options)
 
@@ -100,8 +104,11 @@ class _Action:
         (table,) = (table for table in tables(board.standings, board.by) if table.action == action)
         best = table.models[0][0]
         self._best = best if best in pairs else next(iter(pairs))  # a method has no predictions; its runs have
-        scored = next(column for column in (table.by, *table.columns) if column.startswith("NPSS"))
-        shown = table.cells[best, False, scored].result
+        shown = next(
+            table.cells[best, False, column].result
+            for column in (table.by, *table.columns)
+            if table.cells[best, False, column].result.heading == NPSS.heading
+        )
         meaning = parse_signature(shown.signature)
         self._groups = shown.groups
         self._convention = meaning["convention"]
@@ -130,7 +137,7 @@ class _Action:
             yield self._figure("the first sequence", strip, "At the times of figure 2 of the NPSS paper.")
         if not moving_pair(self._gt, self._gt)[2].all():  # of sequences that stand still, there is none
             errors = plot.errors(self._gt, self._preds, fps=FPS, groups=self._groups, **self._context)
-            yield self._figure("Euler error over time", errors, "With pointwise bands over blocks.")
+            yield self._figure(f"{EULER_ERROR.heading} over time", errors, "With pointwise bands over blocks.")
         stated: dict[str, Any] = {"fps": FPS, "convention": self._convention, "feature_names": FEATURE_NAMES}
         taken_apart = report(self._gt, self._preds[self._best], **stated, **self._context)
         if taken_apart.score == 0:

@@ -13,8 +13,13 @@ from npss._analysis.diagnose import diagnose
 from npss._metric.convention import CONVENTIONS
 from npss._metric.euler_error import euler_error_curve
 from npss._metric.fields import Value
+from npss._metric.metric import Metric
+from npss._metric.registry import EULER_ERROR, METRICS, NPSS
+from npss._metric.signature import parse_signature
+from npss.commands._metrics import add_metrics
 from npss.console._tables import markdown_code, markdown_text, table
-from npss.files._samples import Pair, add_max_size, converted, read_pair, read_samples
+from npss.files._arrays import naming_file
+from npss.files._samples import Pair, add_max_size, converted, read_pair, read_poses
 from npss.protocol import FPS, SLICES_MS
 from npss.records import Record, measure, signature_of
 from npss.rotations._unwrap import unwrap
@@ -68,6 +73,7 @@ def add_parser(commands: Any) -> None:
         metavar="MS",
         help="print the Euler error at these times in milliseconds",
     )
+    add_metrics(parser)
     parser.add_argument(
         "--unwrap",
         choices=("off", "target"),
@@ -103,10 +109,12 @@ def _records(options: argparse.Namespace) -> list[Record]:
                 f"{options.files[0]}: samples are Human3.6M exponential maps at {FPS} frames per second, which are "
                 f"converted to Euler angles: leave out --expmap, --representation and --fps"
             )
-        pairs = read_samples(*options.files, max_size=options.max_size)
+        poses = read_poses(*options.files, max_size=options.max_size)
+        with naming_file(*options.files):
+            pairs = [converted(pair) for pair in poses]
         fps = FPS
     elif len(options.files) == 2:
-        pairs = read_pair(*options.files, key=options.key, max_size=options.max_size)
+        poses = pairs = read_pair(*options.files, key=options.key, max_size=options.max_size)
         if options.expmap:
             if options.representation:
                 raise ValueError("--representation: with --expmap it is euler: leave it out")
@@ -116,11 +124,20 @@ def _records(options: argparse.Namespace) -> list[Record]:
     if samples or options.expmap:
         context["representation"] = "euler"
     advice = "; --key NAME scores one array alone" if len(pairs) > 1 and not samples else ""
-    return [_record(pair, options, fps, samples, context, advice) for pair in pairs]
+    given = poses if samples or options.expmap else [None] * len(pairs)
+    return [
+        _record(pair, pose, options, fps, samples, context, advice) for pair, pose in zip(pairs, given, strict=True)
+    ]
 
 
 def _record(
-    pair: Pair, options: argparse.Namespace, fps: float | None, samples: bool, context: dict[str, Any], advice: str
+    pair: Pair,
+    poses: Pair | None,
+    options: argparse.Namespace,
+    fps: float | None,
+    samples: bool,
+    context: dict[str, Any],
+    advice: str,
 ) -> Record:
     n_frames = pair.gt.shape[-2] if pair.gt.ndim > 1 else 0
     times = options.at_ms
@@ -134,6 +151,8 @@ def _record(
             fps=fps,
             at_ms=times,
             edges_ms=options.edges_ms,
+            metrics=options.metrics,
+            poses=None if poses is None else (poses.gt, poses.pred),
             unwrapped=options.unwrap,
             workers=options.workers,
             frames=n_frames,
@@ -150,13 +169,17 @@ def _record(
 
 
 def _text(record: Record, *, markdown: bool) -> str:
-    rows = [["NPSS", name, f"{value:.4f}", record["signatures"][name]] for name, value in record["npss"].items()]
+    signatures = record["signatures"]
+    rows = [[NPSS.heading, name, _written(NPSS, value), signatures[name]] for name, value in record["npss"].items()]
     for name, windows in record.get("npss_windows", {}).items():
         for window, value in windows.items():
-            which = signature_of(record, "npss", name, window=window)
-            rows.append([f"NPSS {window} s", name, f"{value:.4f}", which])
+            which = signature_of(record, NPSS.name, name, window=window)
+            rows.append([NPSS.column(window=window), name, _written(NPSS, value), which])
     for time, value in record.get("euler_error", {}).items():
-        rows.append([f"Euler error {time} ms", "", f"{value:.3f}", record["signatures"]["euler_error"]])
+        rows.append([EULER_ERROR.column(at_ms=time), "", _written(EULER_ERROR, value), signatures[EULER_ERROR.name]])
+    for column, value in record.get("metrics", {}).items():
+        metric = METRICS[parse_signature(signatures[column])["metric"]]
+        rows.append([column, "", _written(metric, value), signatures[column]])
     if markdown:
         rows = [[*row[:3], markdown_code(row[3]).replace("|", "\\|")] for row in rows]
     lines = [table(["metric", "convention", "value", "signature"], rows, "llrl", markdown=markdown)]
@@ -173,3 +196,7 @@ def _text(record: Record, *, markdown: bool) -> str:
         lines.append("\nDiagnosis:")
         lines += [f"- {finding}" for finding in record["diagnosis"]]
     return "\n".join(lines)
+
+
+def _written(metric: Metric, value: float) -> str:
+    return f"{value:.{4 if metric.digits is None else metric.digits}f}"

@@ -14,7 +14,7 @@ from npss.commands import _votes
 from npss.files._samples import add_max_size
 from npss.files._write import check_output, write_text_atomically
 from npss.ranking._submissions import read_records, sample_files
-from npss.records import Record
+from npss.records import NUMBERS, Record
 from npss.study import power, read_votes, sample_size
 from npss.study._input import ALTERNATIVES
 from npss.study._summary import summary
@@ -187,7 +187,7 @@ def _read_records(path: Path) -> list[Record]:
         for name in ("model", "action"):
             if not isinstance(record.get(name), str):
                 raise ValueError(f"{path}: record {index} does not name its {name}")
-        for name in ("npss", "euler_error", "signatures"):
+        for name in (*NUMBERS, "signatures"):
             if not isinstance(record.get(name, {}), dict):
                 raise ValueError(f"{path}: record {index}: {name} is no object")
         if not all(isinstance(signature, str) for signature in record.get("signatures", {}).values()):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from npss._metric.registry import score_heading
 from npss.console._tables import table
 from npss.ranking._names import one_line
 from npss.study._summary import LEVEL, MEANINGS
@@ -48,10 +49,6 @@ def _pairs(pairs: list[dict[str, Any]]) -> str:
     return table(header, rows, "llrrrrrrr")
 
 
-def _name(metric: str) -> str:
-    return "Euler error" if metric == "euler_error" else f"NPSS {metric}"
-
-
 def _rankings(metrics: dict[str, Any]) -> str:
     rows = []
     for action, ranking in next(iter(metrics.values()))["rankings"].items():
@@ -60,9 +57,9 @@ def _rankings(metrics: dict[str, Any]) -> str:
             for ranked in metrics.values():
                 place = next(place for place in ranked["rankings"][action] if place["model"] == model)
                 rows[-1] += [f"{place['score']:.3f}", str(place["rank"])]
-    header = ["action", "model", *(cell for metric in metrics for cell in (_name(metric), "rank"))]
+    header = ["action", "model", *(cell for metric in metrics for cell in (score_heading(metric), "rank"))]
     stated = {
-        f"    {_name(metric)}: {signature or 'signature not stated'}": None
+        f"    {score_heading(metric)}: {signature or 'signature not stated'}": None
         for metric, ranked in metrics.items()
         for signature in ranked["signatures"].values()
     }
@@ -76,14 +73,14 @@ def _agreements(metrics: dict[str, Any]) -> str:
             questions = found["agreed"] + found["disagreed"]
             shares = [f"{share:.3f}" for share in (found["rate"], *found["interval"])] if questions else ["-"] * 3
             ties = [str(found["tied_votes"]), str(found["tied_metric"])]
-            rows.append([_name(metric), one_line(action), f"{found['agreed']}/{questions}", *shares, *ties])
+            rows.append([score_heading(metric), one_line(action), f"{found['agreed']}/{questions}", *shares, *ties])
     header = ["metric", "action", "agreed", "rate", "from", "to", "no majority", "metric tied"]
     return "\n".join([table(header, rows, "llrrrrrr"), _notes("rate")])
 
 
 def _comparison(found: dict[str, Any]) -> str:
     joint, mcnemar, independent = found["joint"], found["mcnemar_test"], found["binomial_test"]
-    a, b = _name(found["a"]), _name(found["b"])
+    a, b = score_heading(found["a"]), score_heading(found["b"])
     lines = [f"{a} against {b}, alternative: {mcnemar['alternative']}"]
     if independent:
         low, high = independent["interval_difference"]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from npss._analysis.report import joint_of
+from npss._metric.registry import NPSS
 from npss.plot.style import COLOURS, GREY, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
 from npss.validation import Float64
 
@@ -83,7 +84,7 @@ def contributions(report: Report) -> Figure:
     if n_sequences <= _MOST_PRINTED:
         by_sequence.bar_label(bars, _percents(shares.sum(axis=0)), fontsize=TINY, padding=2)
         by_sequence.set_ylim(0, 1.25 * shares.sum(axis=0).max())
-    by_sequence.set_title(f"NPSS {report.score:.4f}: shares of joints and sequences", loc="left", fontsize=10)
+    by_sequence.set_title(f"{NPSS.heading} {report.score:.4f}: shares of joints and sequences", loc="left", fontsize=10)
     by_sequence.yaxis.set_major_formatter(_percent)
     tidy(by_sequence, grid="y")
     by_sequence.tick_params(labelbottom=False)

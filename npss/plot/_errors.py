@@ -12,6 +12,7 @@ from npss._analysis.blocks import Blocks, Label, read_groups
 from npss._analysis.interval import ends, method
 from npss._metric.euler_error import moving_pair, sequence_errors
 from npss._metric.fields import Value
+from npss._metric.registry import EULER_ERROR
 from npss._metric.signature import signature, stated_with
 from npss.plot.style import COLOURS, DASHES, GREY, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
 from npss.protocol import SLICES_MS
@@ -105,10 +106,10 @@ def errors(
 
     n_sequences, n_frames = int((~still).sum()), curve.shape[1]
     weight = np.broadcast_to(~still, (n_frames, len(still))).astype(np.float64)
-    known: dict[str, Value] = {"frames": n_frames, "fps": rate, "columns": "gt", "average": "at"}
+    known: dict[str, Value] = {"frames": n_frames, "fps": rate, **EULER_ERROR.stated()}
     if still.any():
         known["still"] = int(still.sum())
-    meaning = signature(None, metric="euler_error", **stated_with(errors, context, extra, **known))
+    meaning = signature(None, metric=EULER_ERROR.name, **stated_with(errors, context, extra, **known))
     figure = new_figure(7, 4)
     axes = figure.subplots()
     blocks = Blocks(read_groups("groups", groups, len(still)), weight[0])
@@ -133,7 +134,7 @@ def errors(
     axes.set_xlim(0, times[-1])
     axes.set_ylim(bottom=0)
     axes.set_xlabel("time after the last seed frame (ms)", fontsize=SMALL)
-    axes.set_ylabel("Euler error (rad)", fontsize=SMALL)
+    axes.set_ylabel(EULER_ERROR.labelled, fontsize=SMALL)
     axes.legend(frameon=False, fontsize=SMALL)
     tidy(axes, grid="y")
     stated = f"mean over {n_sequences} sequences; "

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from npss._metric.registry import EULER_ERROR, NPSS
 from npss.plot.style import COLOURS, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
 from npss.validation import each
 
@@ -100,8 +101,11 @@ def _metrics(records: Sequence[Mapping[str, Any]]) -> dict[str, str]:
             raise ValueError(f"rows: the record at index {i} lacks {', '.join(absent)}")
         if set(record["npss"]) != set(records[0]["npss"]):
             raise ValueError(f"rows: the record at index {i} has other conventions than the first one")
-    return {"euler_error": "Euler error (rad)", **{name: f"NPSS {name}" for name in records[0]["npss"]}}
+    return {
+        EULER_ERROR.name: EULER_ERROR.labelled,
+        **{name: NPSS.column(convention=name) for name in records[0]["npss"]},
+    }
 
 
 def _value(record: Mapping[str, Any], metric: str) -> float:
-    return float(record["euler_error"] if metric == "euler_error" else record["npss"][metric])
+    return float(record["euler_error"] if metric == EULER_ERROR.name else record["npss"][metric])

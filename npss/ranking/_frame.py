@@ -88,19 +88,19 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
             ]
         ).astype(_TYPES)
 
-    def to_text(self, *, digits: int = 3) -> str:
+    def to_text(self, *, digits: int | None = None) -> str:
         """Return the leaderboard for a terminal."""
         return _render.to_text(self.standings, self.notes, by=self.by, digits=digits)
 
-    def to_markdown(self, *, digits: int = 3) -> str:
+    def to_markdown(self, *, digits: int | None = None) -> str:
         """Return the leaderboard in Markdown."""
         return _render.to_text(self.standings, self.notes, by=self.by, digits=digits, markdown=True)
 
-    def to_latex(self, *, digits: int = 3) -> str:
+    def to_latex(self, *, digits: int | None = None) -> str:
         """Return the leaderboard as LaTeX tables, for the package booktabs."""
         return _render.to_latex(self.standings, self.notes, by=self.by, digits=digits)
 
-    def to_html(self, *, digits: int = 3) -> str:
+    def to_html(self, *, digits: int | None = None) -> str:
         """Return the leaderboard as HTML tables."""
         return _render.to_html(self.standings, self.notes, by=self.by, digits=digits)
 

@@ -33,6 +33,7 @@ def leaderboard(
     *,
     published: bool = False,
     by: str | None = None,
+    metrics: Sequence[str] = (),
     groups: Mapping[str, Iterable[Label | None]] | Iterable[Label | None] | None = None,
     methods: Mapping[str, Sequence[str]] | None = None,
     level: float = 0.95,
@@ -49,12 +50,16 @@ def leaderboard(
         A folder with a file of samples for each model (``MODEL.h5`` or ``.npz``, or ``MODEL/samples.h5``), or such
         files; records, as ``npss-baselines evaluate --format json`` prints them, or files of them (``.json``);
         or reports: a mapping from models to a `Report`, or to a mapping from actions to a `Report`. Records may hold
-        other metrics, of which less is better, too: ``metrics`` and ``signatures`` by name, and their values of the
-        single sequences, of which the number is the mean, in ``sequences["metrics"]``.
+        other metrics, too, also of those that are not registered here: ``metrics`` and ``signatures`` by column (the
+        field ``better:higher`` says that higher is better), and their values of the single sequences, of which the
+        number is the mean, in ``sequences["metrics"]``, with weights in ``sequences["weight"]``, if they have some.
     published : bool, optional
         Show the published rows of the same meaning beside one's own, marked, and not ranked.
     by : str, optional
         The column by which written tables are sorted and show ranks, such as ``'NPSS released'``; by default the first.
+    metrics : sequence of str, optional
+        Other metrics that files of samples are measured by: names or headings of those that are registered; see
+        `npss.metrics`.
     groups : mapping of str to labels, or labels; optional
         The blocks of the sequences of each action, as for `report`, or of the only action, in place of those that
         records and reports state. Files of samples state none: there, `protocol='srnn-8'` or `'random-256'` tells
@@ -76,9 +81,9 @@ def leaderboard(
     Returns
     -------
     Leaderboard
-        A ``pandas.DataFrame``, models by actions and columns (NPSS by convention, Euler error by time), with NaN where
-        a model has no number; ``.tidy`` has a row for each number with its interval, rank and signature, and
-        ``.to_markdown()``, ``.to_latex()``, ``.to_html()`` and ``.to_csv()`` write it.
+        A ``pandas.DataFrame``, models by actions and columns (NPSS by convention, Euler error by time, other
+        metrics), with NaN where a model has no number; ``.tidy`` has a row for each number with its interval, rank and
+        signature, and ``.to_markdown()``, ``.to_latex()``, ``.to_html()`` and ``.to_csv()`` write it.
 
     Raises
     ------
@@ -120,7 +125,10 @@ def leaderboard(
 
     own = check_names(leaderboard, context, extra, MEASURED)
     runs_of = read_methods(methods)
-    results = _results(source, positive_number("max_size", max_size), {**context, "extra": own} if own else context)
+    stated: dict[str, Any] = {**context, "extra": own} if own else {**context}
+    if others := each("metrics", metrics, "names"):
+        stated["metrics"] = others
+    results = _results(source, positive_number("max_size", max_size), stated)
     if not results:
         raise ValueError("source: nothing to rank in it")
     if groups is not None:

@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 from npss._analysis.sign_flip import MIN_BLOCKS_OF_TEST
 from npss.console._tables import markdown_code, markdown_text, table
-from npss.ranking._results import EULER
-from npss.ranking._standings import MARK, Standing
+from npss.ranking._standings import MARK, Standing, direction, timed_headings
 
 #: How to cite the metric.
 CITE = (
@@ -41,15 +40,16 @@ class Table(NamedTuple):
     """The part of a leaderboard that is of one action."""
 
     action: str
-    columns: list[str]
+    columns: dict[str, str]  # with what their headings have room for; the notes say the rest
+    timed: frozenset[str]  # the columns that are of a time
     by: str  # the column by which models are ranked and sorted
     models: list[tuple[str, bool]]  # best first, then the published ones; with whether published
     cells: Cells
     signatures: list[str]
 
-    def only(self, *, euler: bool) -> Table:
-        """Return the columns of the Euler error, or the others, and the models that have some of them."""
-        columns = [column for column in self.columns if column.startswith(EULER) == euler]
+    def only(self, *, timed: bool) -> Table:
+        """Return the columns that are of a time, or the others, and the models that have some of them."""
+        columns = {column: short for column, short in self.columns.items() if (column in self.timed) == timed}
         models = [model for model in self.models if any((*model, column) in self.cells for column in columns)]
         return self._replace(columns=columns, models=models)
 
@@ -67,19 +67,22 @@ class Table(NamedTuple):
 def tables(standings: Sequence[Standing], by: str | None = None) -> list[Table]:
     """Sort standings into tables, one for each action, by a column (the first one where the action has not that)."""
     found = []
+    single = len(timed_headings(standings)) == 1
     for action in dict.fromkeys(standing.result.action for standing in standings):
         of_action = [standing for standing in standings if standing.result.action == action]
-        columns = list(dict.fromkeys(standing.result.column for standing in of_action))
-        chosen = by if by in columns else columns[0]
+        results = [standing.result for standing in of_action]
+        columns = {result.column: result.time if single and result.time else result.column for result in results}
+        timed = frozenset(result.column for result in results if result.time)
+        chosen = by if by in columns else next(iter(columns))
         cells = {(s.result.model, bool(s.result.source), s.result.column): s for s in of_action}
 
         def place(model: tuple[str, bool], cells: Cells = cells, by: str = chosen) -> tuple[bool, bool, float]:
             cell = cells.get((*model, by))
-            return model[1], cell is None, math.inf if cell is None else cell.result.value
+            return model[1], cell is None, math.inf if cell is None else cell.result.loss
 
         models = sorted(dict.fromkeys(key[:2] for key in cells), key=place)
-        signatures = list(dict.fromkeys(standing.result.signature for standing in of_action))
-        found.append(Table(action, columns, chosen, models, cells, signatures))
+        signatures = list(dict.fromkeys(result.signature for result in results))
+        found.append(Table(action, columns, timed, chosen, models, cells, signatures))
     return found
 
 
@@ -88,7 +91,7 @@ def to_text(
     notes: Sequence[str],
     *,
     by: str | None = None,
-    digits: int = 3,
+    digits: int | None = None,
     markdown: bool = False,
 ) -> str:
     """Write the tables for a terminal (the best of a column marked ``*``) or in Markdown (in bold)."""
@@ -99,8 +102,8 @@ def to_text(
         if standing.best:
             value = f"**{value}**" if markdown else f"{value}*"
         value += MARK if standing.worse else "" if markdown else " " * (not standing.best)
-        # Those of the Euler error would make a table too wide to be read as text.
-        ends = "" if standing.result.column.startswith(EULER) else _ends(standing, digits)
+        # Those of many times would make a table too wide to be read as text.
+        ends = "" if standing.result.time else _ends(standing, digits)
         return value + (f" ({ends})" if ends else "")
 
     parts = []
@@ -108,16 +111,19 @@ def to_text(
         rows = [[one.rank(*model), escaped(_name(*model)), *one.row(*model, cell)] for model in one.models]
         heading = escaped(f"{one.action or 'all'} (ranked by {one.by})")
         parts.append(f"### {heading}" if markdown else heading)
-        columns = [escaped(_short(column)) for column in one.columns]
+        columns = [escaped(short) for short in one.columns.values()]
         align = "rl" + "r" * len(columns)
         parts.append(table(["rank", "model", *columns], rows, align, markdown=markdown))
         parts.append("\n".join(f"{markdown_code(s)}  " if markdown else f"    {s}" for s in one.signatures))
-    lines = [*notes, "Intervals of the Euler error: in HTML and CSV.", CITE] if _hidden(standings) else [*notes, CITE]
+    hidden = timed_headings(one for one in standings if one.low is not None)
+    lines = [*notes, *(f"Intervals of the {heading}: in HTML and CSV." for heading in hidden), CITE]
     parts.append("\n".join(f"- {escaped(line)}" if markdown else line for line in lines))
     return "\n\n".join(parts)
 
 
-def to_latex(standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int = 3) -> str:
+def to_latex(
+    standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int | None = None
+) -> str:
     """Write the tables as LaTeX, for the package booktabs: the best of a column in bold, intervals below."""
 
     def cell(standing: Standing) -> str:
@@ -134,11 +140,12 @@ def to_latex(standings: Sequence[Standing], notes: Sequence[str], *, by: str | N
         lines = [
             r"\begin{table}",
             r"\centering\footnotesize\setlength{\tabcolsep}{2pt}",
-            f"\\caption{{{_latex(one.action or 'All')}, ranked by {_latex(one.by)}: lower is better, best in bold, "
+            f"\\caption{{{_latex(one.action or 'All')}, ranked by {_latex(one.by)}: "
+            f"{_latex(direction(one.cells.values()))}, best in bold, "
             f"{_latex(MARK)} worse than the best by more than chance}}",
         ]
         # NPSS and the Euler error one below the other, as papers print them: side by side they are wider than a page.
-        for group in (one.only(euler=False), one.only(euler=True)):
+        for group in (one.only(timed=False), one.only(timed=True)):
             if group.columns:
                 lines += _tabular(group, cell, below)
         lines.append(r"\scriptsize\raggedright")
@@ -154,7 +161,7 @@ def _tabular(one: Table, cell: Callable[[Standing], str], below: Callable[[Stand
     lines = [
         f"\\begin{{tabular}}{{rl{'r' * len(one.columns)}}}",
         r"\toprule",
-        " & ".join(["rank", "model", *(_latex(_short(column)) for column in one.columns)]) + r" \\",
+        " & ".join(["rank", "model", *map(_latex, one.columns.values())]) + r" \\",
         r"\midrule",
     ]
     for place, (model, published) in enumerate(one.models):
@@ -167,7 +174,9 @@ def _tabular(one: Table, cell: Callable[[Standing], str], below: Callable[[Stand
     return [*lines, r"\bottomrule", r"\end{tabular}", r"\par\medskip"]
 
 
-def to_html(standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int = 3) -> str:
+def to_html(
+    standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int | None = None
+) -> str:
     """Write the tables as a fragment of HTML, with the signatures and notes below."""
     signatures = dict.fromkeys(standing.result.signature for standing in standings)
     items = "".join(f"<li><code>{html.escape(signature)}</code></li>" for signature in signatures)
@@ -176,7 +185,7 @@ def to_html(standings: Sequence[Standing], notes: Sequence[str], *, by: str | No
     return "\n".join([*html_tables(standings, by=by, digits=digits), below])
 
 
-def html_tables(standings: Sequence[Standing], *, by: str | None = None, digits: int = 3) -> list[str]:
+def html_tables(standings: Sequence[Standing], *, by: str | None = None, digits: int | None = None) -> list[str]:
     """Write each table as HTML, every interval below its number."""
 
     def cell(standing: Standing) -> str:
@@ -188,7 +197,7 @@ def html_tables(standings: Sequence[Standing], *, by: str | None = None, digits:
 
     parts = []
     for one in tables(standings, by):
-        heading = "".join(f'<th scope="col">{html.escape(_short(column))}</th>' for column in one.columns)
+        heading = "".join(f'<th scope="col">{html.escape(short)}</th>' for short in one.columns.values())
         rows = []
         for model in one.models:
             cells = "".join(text or "<td></td>" for text in one.row(*model, cell))
@@ -208,15 +217,18 @@ def _name(model: str, published: bool) -> str:
     return f"{model} (published)" if published else model
 
 
-def _short(column: str) -> str:
-    """Shorten a column's name to what a table's heading has room for; its notes say the rest."""
-    return column.removeprefix(f"{EULER} ")
+def _digits(standing: Standing, digits: int | None) -> int:
+    """Return the decimal places: what was asked for, what the metric has, or three."""
+    if digits is None:
+        digits = standing.result.digits
+    return 3 if digits is None else digits
 
 
-def _ends(standing: Standing, digits: int) -> str:
+def _ends(standing: Standing, digits: int | None) -> str:
     """Return what stands beside a value: the ends of its interval or range, and what is known besides."""
     if standing.low is None or standing.high is None:
         return ""
+    digits = _digits(standing, digits)
     high = "∞" if math.isinf(standing.high) else f"{standing.high:.{digits}f}"
     text = f"{'range ' * standing.is_range}{standing.low:.{digits}f}–{high}"
     if standing.in_blocks is not None:
@@ -228,16 +240,12 @@ def _ends(standing: Standing, digits: int) -> str:
     return text
 
 
-def _value(standing: Standing, digits: int) -> str:
+def _value(standing: Standing, digits: int | None) -> str:
     """Return a value rounded; a published one with no more digits than were published, which are two at least."""
+    digits = _digits(standing, digits)
     if standing.result.source:
         digits = min(digits, max(2, len(str(standing.result.value).partition(".")[2])))
     return f"{standing.result.value:.{digits}f}"
-
-
-def _hidden(standings: Sequence[Standing]) -> bool:
-    """Say whether there are intervals of the Euler error, which text leaves out."""
-    return any(one.low is not None and one.result.column.startswith(EULER) for one in standings)
 
 
 def _latex(text: str, *, breaks: bool = False) -> str:

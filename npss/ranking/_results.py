@@ -13,13 +13,12 @@ from npss._analysis.blocks import Blocks, Groups, read_groups, statistics_versio
 from npss._analysis.fingerprint import PROJECTIONS
 from npss._analysis.report import Report
 from npss._metric.convention import as_convention
+from npss._metric.metric import Metric
+from npss._metric.registry import EULER_ERROR, NPSS, metric_of_column
 from npss._metric.signature import parse_signature
 from npss.ranking._names import model_name, one_line
 from npss.records import Record, signature_of
 from npss.validation import Float64, is_real
-
-#: What the columns of the Euler error begin with.
-EULER = "Euler error"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +28,11 @@ class Result:
     model: str
     action: str
     column: str  # such as "NPSS paper" or "Euler error 80 ms"
+    heading: str = NPSS.heading  # of the metric
+    time: str = ""  # such as "80 ms", of a metric that has a column for each time
+    unit: str = ""
+    digits: int | None = None  # in tables; None: as many as the table has
+    lower_is_better: bool = True
     value: float
     signature: str
     numerator: Float64 | None = None  # (N,); what each sequence adds to the weighted mean that the value is
@@ -37,6 +41,11 @@ class Result:
     groups: Groups = None  # the blocks of the sequences; None: each is assumed to be its own
     source: str = ""  # where a published number is from; empty for one's own
     seeds: tuple[float, ...] = ()  # of a method: the number of each trained run, of which the value is the mean
+
+    @property
+    def loss(self) -> float:
+        """A number of which less is better."""
+        return self.value if self.lower_is_better else -self.value
 
     @property
     def blocks(self) -> Blocks | None:
@@ -81,42 +90,58 @@ def _results(record: Record) -> Iterator[Result]:
     fingerprint = _fingerprint(alone["fingerprint"], statistics_version(alone)) if "fingerprint" in alone else None
 
     def result(
-        field: str, column: str, value: object, which: str, score: object = None, weight: object = None
+        field: str,
+        column: str,
+        value: object,
+        which: str,
+        score: object = None,
+        weight: object = None,
+        **traits: Any,
     ) -> Result:
         number = _number(field, value)
         parts: dict[str, Any] = {} if score is None else _parts(field, number, score, weight, fingerprint)
         if parts:
             parts["groups"] = read_groups("sequences: groups", alone.get("groups"), len(parts["weight"]))
             Blocks(parts["groups"], parts["weight"])  # of which one has power
-        return Result(**named, **parts, column=column, value=number, signature=which)
+        return Result(**named, **parts, **traits, column=column, value=number, signature=which)
 
     for name, value in _object("npss", record.get("npss", {})).items():
         as_convention(name)
-        which = signature_of(record, "npss", name)
-        yield result(f"npss: {name}", f"NPSS {name}", value, which, scores.get(name), weights.get(name))
+        which, column = signature_of(record, NPSS.name, name), NPSS.column(convention=name)
+        yield result(f"npss: {name}", column, value, which, scores.get(name), weights.get(name), **_traits(NPSS))
     for name, windows in _object("npss_windows", record.get("npss_windows", {})).items():
         as_convention(name)
         for window, value in _object(f"npss_windows: {name}", windows).items():
-            which = signature_of(record, "npss", name, window=window)
-            yield result(f"npss_windows: {name}: {window}", f"NPSS {name} {window} s", value, which)
+            which = signature_of(record, NPSS.name, name, window=window)
+            column = NPSS.column(convention=name, window=window)
+            yield result(f"npss_windows: {name}: {window}", column, value, which, **_traits(NPSS))
     for time, value in _object("euler_error", record.get("euler_error", {})).items():
         error, weight = errors.get(time), None
-        which = signature_of(record, "euler_error")
+        which, column = signature_of(record, EULER_ERROR.name), EULER_ERROR.column(at_ms=time)
         if isinstance(error, list):  # in which a sequence that stands still is null, and does not count
             weight = [float(one is not None) for one in error]
             error = [0.0 if one is None else one for one in error]
-        yield result(f"euler_error: {time}", f"{EULER} {time} ms", value, which, error, weight)
-    distances, signatures = (_object("sequences: metrics", alone.get("metrics", {})), record.get("signatures", {}))
+        traits = {**_traits(EULER_ERROR), "time": f"{time} ms"}
+        yield result(f"euler_error: {time}", column, value, which, error, weight, **traits)
+    others, signatures = (_object("sequences: metrics", alone.get("metrics", {})), record.get("signatures", {}))
     for name, value in _object("metrics", record.get("metrics", {})).items():
-        if not name or name != one_line(name) or name.startswith(("NPSS", EULER)):
+        if not name or name != one_line(name):
             raise ValueError(f"metrics: {name!r} is no name for another metric")
         stated = _object("signatures", signatures).get(name)
         if not isinstance(stated, str):
             raise ValueError(f"signatures: expected that of {name!r}, got {stated!r:.100}")
-        parse_signature(stated)
-        distance = distances.get(name)
-        weight = None if distance is None else [1.0] * len(_list(f"sequences: metrics: {name}", distance))
-        yield result(f"metrics: {name}", name, value, stated, distance, weight)
+        meaning, other = parse_signature(stated), others.get(name)
+        weight = None if other is None else [1.0] * len(_list(f"sequences: metrics: {name}", other))
+        traits = _traits(metric_of_column(meaning["metric"], name)) or {"heading": name}
+        traits["lower_is_better"] = meaning.get("better") != "higher"
+        if name.endswith(suffix := f" {meaning.get('at_ms')} ms"):
+            traits |= {"heading": name.removesuffix(suffix), "time": suffix.strip()}
+        yield result(f"metrics: {name}", name, value, stated, other, weights.get(name, weight), **traits)
+
+
+def _traits(metric: Metric | None) -> dict[str, Any]:
+    """Return what tables have to know of a metric."""
+    return {} if metric is None else {name: getattr(metric, name) for name in ("heading", "unit", "digits")}
 
 
 def result_of_report(model: str, action: str, report: Report) -> Result:
@@ -126,7 +151,8 @@ def result_of_report(model: str, action: str, report: Report) -> Result:
     return Result(
         model=model_name(model),
         action=one_line(action),
-        column=f"NPSS {name}",
+        column=NPSS.column(convention=name),
+        **_traits(NPSS),
         value=report.score,
         signature=report.signature,
         numerator=(report.weight * report.emd).sum(axis=1),

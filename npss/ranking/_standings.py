@@ -15,7 +15,8 @@ from npss._analysis.fingerprint import differing
 from npss._analysis.interval import FOUND, MIN_BLOCKS_OF_INTERVAL, ends
 from npss._analysis.sign_flip import EXACT_UP_TO, MIN_BLOCKS_OF_TEST, SAMPLES, settled, sign_flips
 from npss._analysis.ties import tied
-from npss.ranking._results import EULER, Result
+from npss._metric.registry import EULER_ERROR
+from npss.ranking._results import Result
 from npss.validation import Float64, Seed
 
 #: What marks a number that is worse than the best by more than chance.
@@ -75,15 +76,18 @@ def _column(results: list[Result], level: float, seed: Seed) -> list[Standing]:
     _check_blocks(ranked, where)
     spans = _intervals(ranked, level, seed)
     p_values = _p_values(ranked, seed)
-    leader = min(ranked, key=lambda result: result.value, default=None)
+    leader = min(ranked, key=lambda result: result.loss, default=None)
+    sign = 1 if first.lower_is_better else -1
 
     def better(one: Result, other: Result) -> bool:
         """Say whether a value is better by more than chance; by more than rounding, where chance is not known."""
         pair = frozenset((one.model, other.model))
         if pair not in p_values:
-            return one.value < other.value and not tied(one.value, other.value)
+            return one.loss < other.loss and not tied(one.value, other.value)
         p_value = p_values[pair]
-        return p_value is not None and p_value <= 1 - level and _score_in_blocks(one) < _score_in_blocks(other)
+        if p_value is None or p_value > 1 - level:
+            return False
+        return sign * _score_in_blocks(one) < sign * _score_in_blocks(other)
 
     found = []
     for result in results:
@@ -159,7 +163,10 @@ def _difference(one: Result, other: Result) -> tuple[Float64, Float64] | None:
 
 def _behind(result: Result, leader: Result) -> tuple[int, int] | None:
     parts = _difference(result, leader)
-    return None if parts is None else (int((settled(*parts) > 0).sum()), len(parts[0]))
+    if parts is None:
+        return None
+    sign = 1 if leader.lower_is_better else -1
+    return int((sign * settled(*parts) > 0).sum()), len(parts[0])
 
 
 def _p_values(results: Sequence[Result], seed: Seed) -> dict[frozenset[str], float | None]:
@@ -223,9 +230,9 @@ def notes(found: Sequence[Standing], *, level: float = 0.95, seed: Seed = 0) -> 
     tested = [standing for standing in own if standing.result.weight is not None]
     sources = dict.fromkeys(standing.result.source for standing in found if standing.result.source)
     aside = " of one's own" if sources else ""
-    lines = [f"Lower is better. In bold, or with *: the best{aside} of a column."]
-    if any(standing.result.column.startswith(EULER) for standing in found):
-        lines.append("Under ms: Euler error, in radians.")
+    better = direction(found)
+    lines = [f"{better[0].upper()}{better[1:]}. In bold, or with *: the best{aside} of a column."]
+    lines += _units(found)
     if tested:
         lines += _of_chance(tested, aside, level, seed)
     lines += _still(tested)
@@ -238,9 +245,30 @@ def notes(found: Sequence[Standing], *, level: float = 0.95, seed: Seed = 0) -> 
     return lines
 
 
+def direction(found: Iterable[Standing]) -> str:
+    """Say which numbers are better."""
+    higher = dict.fromkeys(one.result.heading for one in found if not one.result.lower_is_better)
+    return f"lower is better, but higher of {', '.join(higher)}" if higher else "lower is better"
+
+
+def timed_headings(found: Iterable[Standing]) -> list[str]:
+    """Return the headings of the metrics that have a column for each time: of a single one, tables print the times."""
+    return list(dict.fromkeys(one.result.heading for one in found if one.result.time))
+
+
+def _units(found: Sequence[Standing]) -> list[str]:
+    """Say what is in which unit, and what the times are of."""
+    timed, units = timed_headings(found), {one.result.heading: one.result.unit for one in found}
+    lines = [f"{heading}: in {unit}." for heading, unit in units.items() if unit and [heading] != timed]
+    if len(timed) == 1:
+        unit = units[timed[0]]
+        lines.insert(0, f"Under ms: {timed[0]}{f', in {unit}' if unit else ''}.")
+    return lines
+
+
 def _still(tested: Sequence[Standing]) -> list[str]:
     """Say of which sequences there is no Euler error."""
-    euler = {one.result.action: one.result for one in tested if one.result.column.startswith(EULER)}
+    euler = {one.result.action: one.result for one in tested if one.result.heading == EULER_ERROR.heading}
     weights = {action: np.asarray(result.weight) for action, result in euler.items()}
     return [
         f"{action or 'all'}: without an Euler error, since nothing moves in their ground truth: "

@@ -112,8 +112,14 @@ def check_truths(submissions: Submissions) -> None:
             )
 
 
-def records_of(submissions: Submissions, *, groups: Mapping[str, Groups] | None = None, **context: Any) -> list[Record]:
-    """Measure every prediction, with its single sequences: a record for each model and action.
+def records_of(
+    submissions: Submissions,
+    *,
+    metrics: Sequence[str] = (),
+    groups: Mapping[str, Groups] | None = None,
+    **context: Any,
+) -> list[Record]:
+    """Measure every prediction, by other metrics, too, with its single sequences: a record for each model and action.
 
     Their blocks are given, by action; or they follow from ``protocol`` and the lengths of the clips, where both are
     known.
@@ -133,6 +139,8 @@ def records_of(submissions: Submissions, *, groups: Mapping[str, Groups] | None 
                     *euler_of(pair),
                     fps=FPS,
                     at_ms=[time for time in SLICES_MS if time * FPS <= n_frames * 1000],
+                    metrics=metrics,
+                    poses=(pair.gt, pair.pred),
                     sequences=True,
                     groups=groups[action] if groups else known_blocks(context.get("protocol"), action, pair.gt.shape),
                     representation="euler",
@@ -171,7 +179,9 @@ def read_records(path: Path) -> list[Record]:
     return records
 
 
-def read_all(paths: Sequence[Path], *, max_size: float = MAX_SIZE, **context: Any) -> list[Record]:
+def read_all(
+    paths: Sequence[Path], *, metrics: Sequence[str] = (), max_size: float = MAX_SIZE, **context: Any
+) -> list[Record]:
     """Read records from ``.json`` files, and measure the predictions that the others hold."""
     records = []
     origin: dict[str, Path] = {}
@@ -182,6 +192,8 @@ def read_all(paths: Sequence[Path], *, max_size: float = MAX_SIZE, **context: An
                 raise ValueError(f"{path}: {named} is in {origin[named]}, too")
             records.append(record)
     samples = [path for path in paths if path.suffix != ".json"]
-    if context and not samples:
-        raise ValueError(f"{next(iter(context))}: records state their own; it is for files of samples")
-    return records + (records_of(read_submissions(samples, max_size=max_size), **context) if samples else [])
+    if not samples:
+        if given := [*context, *(["metrics"] if metrics else [])]:
+            raise ValueError(f"{given[0]}: records state their own; it is for files of samples")
+        return records
+    return records + records_of(read_submissions(samples, max_size=max_size), metrics=metrics, **context)

@@ -7,6 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from npss._analysis.ties import tied
+from npss._metric.convention import CONVENTIONS
+from npss._metric.registry import EULER_ERROR
+from npss._metric.signature import parse_signature
 from npss.protocol import SLICES_MS
 from npss.study._design import Question
 from npss.validation import each, is_real
@@ -27,12 +30,13 @@ def model_scores(
         The action.
     metric : str
         ``'euler_error'``, the sum of the Euler errors at 80, 160, 320, 400, 560 and 1000 ms, by which the NPSS paper
-        ranks ("MSE"); or the NPSS over all frames by a convention: ``'paper'``, ``'released'``, ``'literal'``.
+        ranks ("MSE"); the NPSS over all frames by a convention: ``'paper'``, ``'released'``, ``'literal'``; or the
+        column of another metric that the records hold.
 
     Returns
     -------
     dict of str to float
-        The score of each model; lower is better.
+        The score of each model; lower is better, unless the signature states ``better:higher``.
 
     Raises
     ------
@@ -71,13 +75,15 @@ def model_scores(
     return scores
 
 
-def rank(scores: Mapping[str, float]) -> dict[str, int]:
-    """Rank models by their scores, the lowest first.
+def rank(scores: Mapping[str, float], *, lower_is_better: bool = True) -> dict[str, int]:
+    """Rank models by their scores, the best first.
 
     Parameters
     ----------
     scores : mapping of str to float
-        The score of each model; lower is better.
+        The score of each model.
+    lower_is_better : bool, optional
+        Whether the lowest is the best, or the highest.
 
     Returns
     -------
@@ -102,10 +108,10 @@ def rank(scores: Mapping[str, float]) -> dict[str, int]:
             raise TypeError(f"scores: expected a number for {model!r}, got {score!r}")
         if not math.isfinite(score):
             raise ValueError(f"scores: expected a finite number for {model!r}, got {score!r}")
-    ordered = sorted(scores, key=lambda model: scores[model])
+    losses = {model: score if lower_is_better else -score for model, score in scores.items()}
     return {
-        model: 1 + sum(other < scores[model] and not tied(other, scores[model]) for other in scores.values())
-        for model in ordered
+        model: 1 + sum(other < losses[model] and not tied(other, losses[model]) for other in losses.values())
+        for model in sorted(losses, key=lambda model: losses[model])
     }
 
 
@@ -144,10 +150,12 @@ def predict(question: Question, ranking: Mapping[str, int]) -> str:
 
 def score_of(record: Mapping[str, Any], metric: str) -> float | None:
     """Return the score of a record by a metric, if it has one."""
-    if metric == "euler_error":
+    if metric == EULER_ERROR.name:
         parts = [record.get("euler_error", {}).get(str(time)) for time in SLICES_MS]
-    else:
+    elif metric in CONVENTIONS:
         parts = [record.get("npss", {}).get(metric)]
+    else:
+        parts = [record.get("metrics", {}).get(metric)]
     if None in parts:
         return None
     for part in parts:
@@ -160,3 +168,8 @@ def score_of(record: Mapping[str, Any], metric: str) -> float | None:
     if not math.isfinite(total):
         raise ValueError(f"records: expected finite numbers as {metric} of {record['model']!r}, got {parts!r:.100}")
     return total
+
+
+def lower_is_better(signature: str | None) -> bool:
+    """Say whether lower numbers of that signature are better: unless it says otherwise."""
+    return signature is None or parse_signature(signature).get("better") != "higher"

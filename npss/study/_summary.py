@@ -7,11 +7,12 @@ from dataclasses import asdict
 from typing import Any
 
 from npss._metric.convention import CONVENTIONS
+from npss._metric.registry import EULER_ERROR
 from npss.study._agreement import agreement, joint_agreement
 from npss.study._intervals import wilson_interval
 from npss.study._kappa import kappa
 from npss.study._paired import mcnemar_test
-from npss.study._ranking import model_scores, predict, rank, score_of
+from npss.study._ranking import lower_is_better, model_scores, predict, rank, score_of
 from npss.study._two_samples import binomial_test
 from npss.study._votes import CHOICES, Count, Vote, count_votes
 
@@ -21,7 +22,8 @@ LEVEL = 0.95
 MEANINGS = {
     "majorities": "the more votes of A and B; votes for a tie count for neither; equal numbers are a tie",
     "fleiss_kappa": "Fleiss 1971 with the categories A, B and tie; 1: participants agree in full, 0: by chance",
-    "score": "lower is better; that of euler_error is the sum at 80, 160, 320, 400, 560 and 1000 ms",
+    "score": "lower is better, unless the signature says better:higher; that of euler_error is the sum at 80, 160, "
+    "320, 400, 560 and 1000 ms",
     "rank": "scores that are equal but for rounding (1e-9 of them) share a rank, and the ranks after it are left out",
     "rate": f"agreed of the questions without a tie, with Wilson's interval of level {LEVEL:g}",
     "binomial_test": "takes the metrics' answers as independent samples, as the NPSS paper does; they are not",
@@ -127,10 +129,13 @@ def _metrics(
         for count in counts
     }
     asked = [record for record in records if record.get("model") in models.get(record.get("action", ""), ())]
-    there = [
-        name for name in (*CONVENTIONS, "euler_error") if any(score_of(record, name) is not None for record in asked)
+    others = dict.fromkeys(column for record in asked for column in record.get("metrics", {}))
+    asked_for = (*(CONVENTIONS if conventions is None else conventions), EULER_ERROR.name, *others)
+    names = [
+        name
+        for name in asked_for
+        if name in (conventions or ()) or any(score_of(record, name) is not None for record in asked)
     ]
-    names = there if conventions is None else [*conventions, *(name for name in there if name == "euler_error")]
     if not names:
         voted = "; ".join(f"{action}: {', '.join(of_action)}" for action, of_action in models.items())
         raise ValueError(f"records: neither NPSS nor the Euler error of what was voted on ({voted})")
@@ -138,10 +143,11 @@ def _metrics(
     predictions: dict[str, list[str]] = {}
     for name in names:
         scores = {action: model_scores(asked, models[action], action=action, metric=name) for action in models}
-        ranks = {action: rank(scores[action]) for action in models}
+        signatures = {action: _signature(asked, action, name) for action in models}
+        ranks = {action: rank(scores[action], lower_is_better=lower_is_better(signatures[action])) for action in models}
         predictions[name] = [predict(count.question, ranks[count.action]) for count in counts]
         metrics[name] = {
-            "signatures": {action: _signature(asked, action, name) for action in models},
+            "signatures": signatures,
             "rankings": {
                 action: [
                     {"model": model, "score": scores[action][model], "rank": place}
@@ -154,10 +160,10 @@ def _metrics(
         }
     majorities = [count.majority for count in counts]
     comparisons = [
-        {"a": name, "b": "euler_error"}
-        | _comparison(predictions[name], predictions["euler_error"], majorities, alternative)
+        {"a": name, "b": EULER_ERROR.name}
+        | _comparison(predictions[name], predictions[EULER_ERROR.name], majorities, alternative)
         for name in names
-        if "euler_error" in names and name != "euler_error"
+        if EULER_ERROR.name in names and name != EULER_ERROR.name
     ]
     return {"metrics": metrics, "comparisons": comparisons}
 

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from npss.commands import add_metrics
 from npss.console import Progress
 from npss.predictors import PREDICTORS
 from npss.ranking import names_of_paths
@@ -46,6 +47,7 @@ def add_parser(commands: Any) -> None:
         default="off",
         help="remove jumps of 2 pi before NPSS: not (default, as published), over the target, or from the seed on",
     )
+    add_metrics(parser)
     parser.add_argument(
         "--sequences",
         action="store_true",
@@ -105,7 +107,7 @@ def _tell(progress: Progress, done: int, n: int, share: float) -> None:
 def _record(
     name: str, model: str, task: Task, options: argparse.Namespace, progress: Callable[[float], None]
 ) -> Record:
-    measured: dict[str, Any] = {"unwrapped": options.unwrap, "sequences": options.sequences}
+    measured: dict[str, Any] = {"metrics": options.metrics, "unwrapped": options.unwrap, "sequences": options.sequences}
     if model in PREDICTORS:
         return evaluate(name, PREDICTORS[model], task, **measured)
     from npss_baselines.evaluation.draws import evaluate_run  # imports torch, which predictors do not need

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from npss import parse_signature, signature
-from npss.commands import add_leaderboard_options, leaderboard_of, show_leaderboard, write_report
-from npss.console import Progress
+from npss import metrics
+from npss.commands import add_leaderboard_options, add_metrics, leaderboard_of, show_leaderboard, write_report
 from npss.files import MAX_SIZE, Pair, check_output
 from npss.predictors import PREDICTORS, Predictor
-from npss.ranking import Submissions, check_truths, read_actions, records_of, sample_files
-from npss.records import Record
+from npss.ranking import check_truths, read_actions, records_of, sample_files
 from npss_baselines.commands.evaluate import by_name, is_run
 from npss_baselines.data.tasks import Task, add_task_options, tasks_of
 
@@ -38,10 +35,10 @@ def add_parser(commands: Any) -> None:
     )
     add_task_options(parser)
     add_leaderboard_options(parser)
+    add_metrics(parser)
     parser.add_argument(
-        "--metrics", nargs="+", choices=("G",), default=(), help="beside NPSS and the Euler error; G needs --manifold"
+        "--manifold", type=Path, metavar="RUN", help="measure G, of --metrics, by the manifold in this folder"
     )
-    parser.add_argument("--manifold", type=Path, metavar="RUN", help="the folder of the manifold of which G is")
     parser.add_argument("--report", type=Path, metavar="FILE", help="write a page (HTML) with all there is to see")
     parser.set_defaults(run=run)
 
@@ -50,14 +47,14 @@ def run(options: argparse.Namespace) -> None:
     """Write the page, and print the leaderboard."""
     if options.report:
         check_output(options.report, map(Path, options.models))
-    if bool(options.metrics) != (options.manifold is not None):
+    if bool({"g", "G"} & {*options.metrics}) != (options.manifold is not None):
         raise ValueError("--manifold RUN names the manifold of --metrics G: give both, or neither")
     tasks = list(tasks_of(options))
     submissions = submit(options.models or list(PREDICTORS), tasks, max_size=options.max_size)
     groups = {task.action: task.groups for task in tasks}
-    records = records_of(submissions, groups=groups, protocol=tasks[0].protocol)
-    if options.metrics:
-        add_g(records, submissions, options.manifold)
+    if options.manifold:
+        _register_g(options.manifold)
+    records = records_of(submissions, metrics=options.metrics, groups=groups, protocol=tasks[0].protocol)
     board = leaderboard_of(records, options)
     if options.report:
         write_report(options.report, submissions, board)
@@ -96,23 +93,13 @@ def submit(models: list[str], tasks: list[Task], *, max_size: float = MAX_SIZE) 
     return found
 
 
-def add_g(records: Sequence[Record], submissions: Submissions, manifold: Path) -> None:
-    """Measure the distance G of every prediction, by the manifold in that folder, and add it to its record."""
+def _register_g(manifold: Path) -> None:
+    """Make the distance G by the manifold in that folder a metric."""
     # They import torch, which predictors do not need.
-    from npss_baselines.manifold.applications.distance import g_of_poses
+    from npss_baselines.manifold.applications.distance import metric_of
     from npss_baselines.manifold.training.run import load
 
-    projector = load(manifold).projector
-    with Progress("G") as progress:
-        for done, record in enumerate(records, 1):
-            pair = submissions[record["model"]][record["action"]]
-            distances = g_of_poses(projector, pair.gt, pair.pred)
-            stated = parse_signature(record["signature"])
-            same = {name: stated[name] for name in ("frames", "fps", "protocol")}
-            record["metrics"] = {"G": float(distances.mean())}
-            record["sequences"]["metrics"] = {"G": distances.tolist()}
-            record["signatures"]["G"] = signature(None, metric="g", manifold=projector.signature, **same)
-            progress(done / len(records))
+    metrics.register(metric_of(load(manifold).projector), replace=True)
 
 
 def _predicted(predictor: Predictor, task: Task) -> Pair:

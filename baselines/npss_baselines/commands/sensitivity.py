@@ -15,6 +15,7 @@ import numpy.typing as npt
 from npss import CONVENTIONS, euler_error, gait, poses_to_euler, protocol, score, signature
 from npss.console import table
 from npss.files import check_output, write_figure_atomically
+from npss.metrics import METRICS
 from npss.predictors import zero_velocity
 from npss.protocol import MOVES
 from npss.records import Record
@@ -22,6 +23,7 @@ from npss.validation import Float64
 from npss_baselines.data import h36m
 from npss_baselines.data.tasks import N_SEED, N_TARGET
 
+NPSS, EULER_ERROR = METRICS["npss"], METRICS["euler_error"]
 ACTION = "walking"  # the one that is periodic
 TEMPI = (0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.3, 1.4)
 SKIP_EVERY = (20, 10, 5, 4, 3)
@@ -125,8 +127,8 @@ def study(motion: Motion) -> list[Record]:
         "unwrap": "off",
     }
     signatures = {name: signature(name, **context) for name in CONVENTIONS}
-    signatures["euler_error"] = signature(
-        None, metric="euler_error", columns="gt", average="up-to", at_ms=end_ms, **context
+    signatures[EULER_ERROR.name] = signature(
+        None, metric=EULER_ERROR.name, columns="gt", average="up-to", at_ms=end_ms, **context
     )
     return [
         {
@@ -143,7 +145,8 @@ def study(motion: Motion) -> list[Record]:
 
 def tabulate(records: Sequence[Record], *, markdown: bool = False) -> str:
     """Lay records out for people."""
-    header = ["distortion", "strength", "unit", "Euler error (rad)", *(f"NPSS {name}" for name in records[0]["npss"])]
+    scores = [NPSS.column(convention=name) for name in records[0]["npss"]]
+    header = ["distortion", "strength", "unit", EULER_ERROR.labelled, *scores]
     rows = [
         [
             *(record["distortion"], f"{record['strength']:.4g}", record["unit"]),

@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 
 import npss
-from npss.records import Record
+from npss.records import NUMBERS, Record
 from npss.validation import Seed, positive_integer
 from npss_baselines.data.tasks import Task
 from npss_baselines.evaluation.evaluate import evaluate
 from npss_baselines.runs import run as runs
-
-_MEASURED = ("npss", "npss_windows", "euler_error")
 
 
 def evaluate_run(
@@ -81,7 +79,7 @@ def over_draws(records: Sequence[Record]) -> Record:
     'npss|version:1|draws:2'
     """
     mean: Record = _over(records, np.mean)
-    std = _over([{name: record[name] for name in _MEASURED if name in record} for record in records], np.std)
+    std = _over([{name: record[name] for name in NUMBERS if name in record} for record in records], np.std)
     mean["signature"] = _with_draws(mean["signature"], len(records))
     if "signatures" in mean:
         mean["signatures"] = {name: _with_draws(line, len(records)) for name, line in mean["signatures"].items()}

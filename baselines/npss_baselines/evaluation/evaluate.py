@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from npss import poses_to_euler, protocol
 from npss.predictors import Predictor
 from npss.records import Record, measure
@@ -10,7 +12,15 @@ from npss_baselines.data.tasks import Task
 EDGES_MS = (0, 1000, 2000, 4000)  # of table 5 of the NPSS paper
 
 
-def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "off", sequences: bool = False) -> Record:
+def evaluate(
+    name: str,
+    predictor: Predictor,
+    task: Task,
+    *,
+    metrics: Sequence[str] = (),
+    unwrapped: str = "off",
+    sequences: bool = False,
+) -> Record:
     """Measure a predictor on a task: the record of ``npss.score`` and its relatives, under every convention.
 
     Parameters
@@ -21,6 +31,8 @@ def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "o
         ``predictor(seed_frames, n_target)``.
     task : Task
         The windows.
+    metrics : sequence of str, optional
+        Other metrics, by the names under which they are registered: see `npss.metrics`.
     unwrapped : {'off', 'target', 'seed'}, optional
         Jumps of 2 pi removed before NPSS: never, over the target, or from the seed on.
     sequences : bool, optional
@@ -30,16 +42,18 @@ def evaluate(name: str, predictor: Predictor, task: Task, *, unwrapped: str = "o
     -------
     dict
         ``model``, ``action``, ``euler_error``, ``npss``, ``npss_windows``, ``signature`` and ``signatures``;
-        ``sequences`` if asked for.
+        ``metrics`` and ``sequences`` if asked for.
     """
     gt = poses_to_euler(task.target)
-    pred = poses_to_euler(predictor(task.seed_frames, task.target.shape[1]))
+    pred = predictor(task.seed_frames, task.target.shape[1])
     measured = measure(
         gt,
-        pred,
+        poses_to_euler(pred),
         fps=protocol.FPS,
         at_ms=protocol.SLICES_MS,
         edges_ms=EDGES_MS,
+        metrics=metrics,
+        poses=(task.target, pred),
         unwrapped=unwrapped,
         seed_frames=poses_to_euler(task.seed_frames),
         sequences=sequences,

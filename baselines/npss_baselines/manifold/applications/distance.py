@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from npss.metrics import Metric
 from npss.protocol import FPS
 from npss.skeleton import H36M, poses_to_positions
 from npss.validation import Array, Float64, check_finite, motion_pair, real_array
@@ -134,6 +136,19 @@ def g_of_poses(projector: Projector, gt: npt.ArrayLike, pred: npt.ArrayLike, *, 
     """
     first, second = (_features_of(each, fps) for each in motion_pair(gt, pred))
     return g(projector.encode(first), projector.encode(second))
+
+
+def metric_of(projector: Projector) -> Metric:
+    """Make a metric of the distance G by a manifold, to be registered: see `npss.metrics`."""
+    return Metric(
+        name="g",
+        function=partial(g_of_poses, projector),
+        says="the squared distance of the extremes over time of a motion manifold's hidden units",
+        heading="G",
+        takes="poses",
+        options=("fps",),
+        fields={"manifold": projector.signature},
+    )
 
 
 def _features_of(poses: Array, fps: float) -> Array:

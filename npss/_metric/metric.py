@@ -1,0 +1,276 @@
+"""A metric: a function, and all that commands, records, tables and signatures have to know of it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from npss._metric.convention import CONVENTIONS
+from npss._metric.fields import ARGUMENTS, FIELDS, Value, check_value
+from npss.validation import (
+    Array,
+    BeyondFloat64Error,
+    Float64,
+    check_finite,
+    is_integer,
+    is_real,
+    motion_array,
+    one_of,
+    real_array,
+)
+
+#: The name of a metric in a signature.
+NAME = r"[a-z_][a-z0-9_]*"
+#: The name of a signature's field.
+FIELD = r"[A-Za-z_][A-Za-z0-9_]*"
+
+TAKES = ("angles", "poses", "positions")
+AGGREGATIONS = ("mean", "weighted mean", "none")
+OPTIONS = ("convention", "fps", "at_ms")
+
+
+class Measured(NamedTuple):
+    """The number of a set of motions, and what each sequence adds to the sums whose quotient it is."""
+
+    value: float
+    numerator: Float64 | None = None  # (N,); None where the number is no mean over sequences
+    weight: Float64 | None = None  # (N,)
+
+    def by_sequence(self) -> Float64 | None:
+        """Return the number of each sequence alone, ``(N,)``; 0 where it has no weight."""
+        if self.numerator is None or self.weight is None:
+            return None
+        zeros = np.zeros(len(self.weight))
+        return np.divide(self.numerator, self.weight, out=zeros, where=self.weight > 0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Metric:
+    """A metric, and how its numbers are computed, averaged, printed and explained.
+
+    Parameters
+    ----------
+    name : str
+        The first word of its signatures: lower-case letters, digits and ``_``.
+    function : callable
+        ``function(gt, pred)``, with `options` as keywords. Both are float64 arrays of the same shape, read-only and
+        finite, of N sequences of T frames: (N, T, D), or (N, T, J, 3) positions. It returns what `aggregation` says,
+        in finite numbers from 0 on.
+    says : str
+        What it is, in a sentence without its name, for `npss.explain`.
+    heading : str, optional
+        What its column is called; by default the name.
+    aggregation : {'mean', 'weighted mean', 'none'}, optional
+        How the sequences make one number. ``'mean'``: the function returns a number for each, (N,).
+        ``'weighted mean'``: it returns two such arrays, the numbers and their weights, which depend on the ground
+        truth alone. ``'none'``: it returns one number of all sequences together, which has no interval and no test.
+    takes : {'angles', 'poses', 'positions'}, optional
+        What it is given: Euler angles in radians, or whatever else is scored; Human3.6M poses, exponential maps,
+        (N, T, 99); or positions of Human3.6M's joints in millimetres, (N, T, 32, 3).
+    options : tuple of str, optional
+        What the function is called with besides: ``'fps'``, frames per second; ``'at_ms'``, a time in milliseconds
+        after the last seed frame, for a metric that has a column for each time.
+    unit : str, optional
+        The unit of its numbers.
+    digits : int, optional
+        Decimal places in tables; by default as many as the table has.
+    lower_is_better : bool, optional
+        The direction.
+    fields : mapping of str to value, optional
+        What its signatures state besides, such as parameters of the function. The value None is for a field that
+        belongs to this metric alone, and whose value depends on the motion.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one of them is not as described: names it.
+
+    See Also
+    --------
+    register : make it known.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from npss.metrics import Metric
+    >>> def largest(gt, pred):
+    ...     return np.abs(gt - pred).max(axis=(1, 2))
+    >>> metric = Metric(name="largest", function=largest, says="the largest difference of an angle", unit="rad")
+    >>> metric.heading, metric.aggregation, metric.lower_is_better
+    ('largest', 'mean', True)
+    """
+
+    name: str
+    function: Callable[..., Any]
+    says: str
+    heading: str = ""
+    aggregation: str = "mean"
+    takes: str = "angles"
+    options: tuple[str, ...] = ()
+    unit: str = ""
+    digits: int | None = None
+    lower_is_better: bool = True
+    fields: Mapping[str, Value | None] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str):
+            raise TypeError(f"name: expected text, got {self.name!r}")
+        if not re.fullmatch(NAME, self.name):
+            raise ValueError(f"name: expected lower-case letters, digits and '_', got {self.name!r}")
+        object.__setattr__(self, "heading", self.heading or self.name)
+        for name in ("heading", "says", "unit"):
+            text = getattr(self, name)
+            if not isinstance(text, str):
+                raise TypeError(f"{name}: expected text, got {text!r}")
+            if not text.isprintable() or text != text.strip() or not (text or name == "unit"):
+                raise ValueError(f"{name}: expected one line of text without blanks around it, got {text!r}")
+        if self.heading in CONVENTIONS:
+            raise ValueError(f"heading: {self.heading!r} is the name of a convention")
+        if not callable(self.function):
+            raise TypeError(f"function: expected a function, got {self.function!r}")
+        one_of("aggregation", self.aggregation, AGGREGATIONS)
+        one_of("takes", self.takes, TAKES)
+        if not isinstance(self.options, tuple):
+            raise TypeError(f"options: expected a tuple of names, got {self.options!r}")
+        for option in self.options:
+            one_of("options", option, OPTIONS)
+        if self.digits is not None and not (is_integer(self.digits) and self.digits >= 0):
+            raise ValueError(f"digits: expected a whole number, 0 or more, got {self.digits!r}")
+        if not isinstance(self.lower_is_better, bool):
+            raise TypeError(f"lower_is_better: expected True or False, got {self.lower_is_better!r}")
+        object.__setattr__(self, "fields", MappingProxyType(_checked_fields(self.fields)))
+
+    def column(
+        self, *, convention: str | None = None, window: str | None = None, at_ms: str | float | None = None
+    ) -> str:
+        """Return what the column of one of its numbers is called: ``'NPSS paper 0-1 s'``, ``'Euler error 80 ms'``."""
+        time = at_ms if isinstance(at_ms, str | None) else f"{at_ms:.10g}"
+        parts = [self.heading, convention, window and f"{window} s", time and f"{time} ms"]
+        return " ".join(part for part in parts if part)
+
+    @property
+    def sign(self) -> int:
+        """1 where lower is better, else -1."""
+        return 1 if self.lower_is_better else -1
+
+    @property
+    def has_conventions(self) -> bool:
+        """Whether it has a number for each convention."""
+        return "convention" in self.options
+
+    @property
+    def has_times(self) -> bool:
+        """Whether it has a number for each of several times."""
+        return "at_ms" in self.options
+
+    @property
+    def labelled(self) -> str:
+        """The heading with the unit, as an axis has it."""
+        return f"{self.heading} ({self.unit})" if self.unit else self.heading
+
+    def stated(self) -> dict[str, Any]:
+        """Return what its signatures state: known fields by name, those of its own in ``extra``."""
+        known = {name: value for name, value in self.fields.items() if value is not None}
+        if not self.lower_is_better:
+            known["better"] = "higher"
+        own = {name: known.pop(name) for name in list(known) if name not in FIELDS}
+        return known | ({"extra": own} if own else {})
+
+    def measure(self, gt: npt.ArrayLike, pred: npt.ArrayLike, *, pred_name: str = "pred", **options: Any) -> Measured:
+        """Call the function on motion of the kind that it takes, and make sure of what it returns.
+
+        Parameters
+        ----------
+        gt, pred : array_like
+            Of N sequences, or of a single one.
+        pred_name : str, optional
+            What errors call the prediction.
+        **options
+            All that are known; those that the metric has are passed on.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the input is not as described, an option is not known, or the function does not return what it should.
+        """
+        truth, prediction = self._read("gt", gt), self._read(pred_name, pred)
+        if truth.shape != prediction.shape:
+            shapes = f"its shape {prediction.shape} differs from that of gt, {truth.shape}"
+            raise ValueError(f"{pred_name}: {shapes}; nothing is broadcast")
+        passed = {}
+        for name in self.options:
+            if options.get(name) is None:
+                raise ValueError(f"{name}: {self.heading} needs it")
+            passed[name] = options[name]
+        try:
+            found = self.function(truth, prediction, **passed)
+        except BeyondFloat64Error as error:
+            raise ValueError(f"{pred_name}: {error.what}") from error
+        return found if isinstance(found, Measured) else self._measured(found, len(truth))
+
+    def _read(self, name: str, values: npt.ArrayLike) -> Float64:
+        """Read motion as ``(N, T, D)`` or ``(N, T, J, 3)``, float64, finite and read-only."""
+        array: Array
+        if self.takes == "positions":
+            array = real_array(name, values)
+            if array.ndim not in (3, 4) or array.shape[-1] != 3 or 0 in array.shape:
+                raise ValueError(f"{name}: expected positions (N, T, J, 3) or (T, J, 3), got shape {array.shape}")
+            n_axes = 4
+        else:
+            array, n_axes = motion_array(name, values), 3
+        check_finite(name, array)
+        view = np.asarray(array, np.float64)[np.newaxis if array.ndim < n_axes else ...]
+        view.flags.writeable = False
+        return view
+
+    def _measured(self, found: object, n: int) -> Measured:
+        """Make sure of what a function returned, and aggregate it."""
+        where = f"metric {self.name!r}"
+        if self.aggregation == "none":
+            if not is_real(found) and not (isinstance(found, np.ndarray) and found.ndim == 0):
+                raise TypeError(f"{where}: expected one number of all sequences, got {found!r:.100}")
+            return Measured(float(_numbers(where, np.reshape(found, 1), 1)[0]))
+        if self.aggregation == "mean":
+            values, weight = _numbers(where, found, n), np.ones(n)
+            return Measured(float(values.mean()), values, weight)
+        if not isinstance(found, tuple) or len(found) != 2:
+            raise TypeError(f"{where}: expected a tuple of numbers and weights, got {found!r:.100}")
+        values, weight = _numbers(where, found[0], n), _numbers(f"{where}: weights", found[1], n)
+        total = float(weight.sum())
+        if total == 0:
+            raise ValueError(f"{where}: all weights are 0, so there is nothing to average")
+        numerator = values * weight
+        return Measured(float(_numbers(where, numerator, n).sum() / total), numerator, weight)
+
+
+def _numbers(where: str, values: object, n: int) -> Float64:
+    """Read a number for each sequence, finite and not negative."""
+    array: Array = real_array(where, values)  # type: ignore[arg-type]
+    if array.shape != (n,):
+        raise ValueError(f"{where}: expected a number for each of {n} sequences, shape ({n},), got {array.shape}")
+    check_finite(where, array)
+    if (array < 0).any():
+        i = int((array < 0).argmax())
+        raise ValueError(f"{where}: {array[i]} at index ({i},); expected numbers from 0 on")
+    return array.astype(np.float64)
+
+
+def _checked_fields(fields: object) -> dict[str, Value | None]:
+    if not isinstance(fields, Mapping):
+        raise TypeError(f"fields: expected a mapping of names to values, got {fields!r}")
+    for name, value in fields.items():
+        if not isinstance(name, str) or not re.fullmatch(FIELD, name):
+            raise ValueError(f"fields: a signature's fields are named by ASCII letters, digits and '_', not {name!r}")
+        if name in ARGUMENTS and not (name == "convention" and value is None):
+            raise ValueError(f"fields: {name!r} is stated anyway; leave it out")
+        if name in FIELDS and value is not None:
+            check_value(name, value)
+        if name not in (*FIELDS, *ARGUMENTS) and not isinstance(value, str | int | float):
+            raise TypeError(f"fields: {name}: expected text, a number or a truth value, got {value!r}")
+    return dict(fields)

@@ -1,0 +1,163 @@
+"""The metrics that are known: this library's own, and those that are registered."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from npss._metric.contributions import contributions
+from npss._metric.convention import CONVENTIONS, Convention, as_convention
+from npss._metric.euler_error import mse, sequence_errors
+from npss._metric.frames import whole_frames
+from npss._metric.metric import Measured, Metric
+from npss.validation import Float64
+
+_registered: dict[str, Metric] = {}
+
+#: All metrics by name, read-only: NPSS, the Euler error, the true mean of squares, and those that are registered.
+METRICS: Mapping[str, Metric] = MappingProxyType(_registered)
+
+
+def register(metric: Metric, *, replace: bool = False) -> Metric:
+    """Make a metric known: records, tables, comparisons, signatures and commands then take it by its name.
+
+    Parameters
+    ----------
+    metric : Metric
+        The metric.
+    replace : bool, optional
+        Take the place of a registered metric of that name, as a notebook does whose cell is run again.
+
+    Returns
+    -------
+    Metric
+        The same.
+
+    Raises
+    ------
+    TypeError
+        If it is no `Metric`.
+    ValueError
+        If a metric has that name, and is not to be replaced or is one of this library's own; or if its columns could
+        be taken for those of another.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import npss
+    >>> from npss.metrics import Metric, register
+    >>> def bias(gt, pred):
+    ...     return np.abs((pred - gt).mean(axis=(1, 2)))
+    >>> metric = register(Metric(name="bias", function=bias, says="the mean difference of angles", unit="rad"))
+    >>> gt = np.arange(12.0).reshape(1, 4, 3)
+    >>> npss.records.measure(gt, gt + 0.5, metrics=["bias"], frames=4)["metrics"]
+    {'bias': 0.5}
+    >>> print(npss.explain("bias|version:1|frames:4").splitlines()[0])
+    bias: the mean difference of angles.
+    """
+    if not isinstance(metric, Metric):
+        raise TypeError(f"metric: expected a Metric, got {metric!r}")
+    if metric.name in _registered and (not replace or metric.name in _OWN):
+        raise ValueError(f"metric: one is called {metric.name!r} already")
+    for other in _registered.values():
+        if other.name != metric.name and _alike(metric.heading, other.heading):
+            raise ValueError(
+                f"metric: the heading {metric.heading!r} could be taken for {other.heading!r}, that of {other.name!r}"
+            )
+    _registered[metric.name] = metric
+    return metric
+
+
+def metric_called(name: object, argument: str = "metric") -> Metric:
+    """Return the metric of that name or heading.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there is none: names the argument.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"{argument}: expected the name of a metric, got {name!r}")
+    found = _registered.get(name) or next((one for one in _registered.values() if one.heading == name), None)
+    if found is None:
+        raise ValueError(f"{argument}: no metric is called {name!r}; there are {', '.join(_registered)}")
+    return found
+
+
+def metric_of_column(name: str, column: str) -> Metric | None:
+    """Return the metric of that name, if it has such a column.
+
+    Raises
+    ------
+    ValueError
+        If the column could be taken for one of another metric.
+    """
+    for metric in _registered.values():
+        if _alike(metric.heading, column) and metric.name != name:
+            raise ValueError(f"metrics: {column!r} is no name for another metric")
+    found = _registered.get(name)
+    return found if found and _alike(found.heading, column) else None
+
+
+def score_heading(name: str) -> str:
+    """Return what people call the numbers that signatures of records have under a name: a convention's, a metric's."""
+    if name in CONVENTIONS:
+        return NPSS.column(convention=name)
+    return _registered[name].heading if name in _registered else name
+
+
+def _alike(one: str, other: str) -> bool:
+    """Say whether one is the other, or begins with it and a blank."""
+    return f"{one} ".startswith(f"{other} ") or f"{other} ".startswith(f"{one} ")
+
+
+def _npss(gt: Float64, pred: Float64, *, convention: str | Convention) -> Measured:
+    parts = contributions(gt, pred, as_convention(convention))
+    return Measured(parts.score, *parts.by_sequence())
+
+
+def _euler_error(gt: Float64, pred: Float64, *, fps: float, at_ms: float) -> Measured:
+    frame = whole_frames("at_ms", at_ms, fps, first=1, last=gt.shape[1]) - 1
+    errors = sequence_errors(gt, pred)[:, frame]
+    return Measured(float(errors.mean()), errors, np.ones(len(errors)))
+
+
+def _mse(gt: Float64, pred: Float64) -> Measured:
+    parts = [mse(*pair) for pair in zip(gt, pred, strict=True)]
+    return Measured(mse(gt, pred), np.array(parts), np.ones(len(parts)))
+
+
+NPSS = register(
+    Metric(
+        name="npss",
+        function=_npss,
+        says="the power-weighted mean distance between the power spectra of prediction and ground truth",
+        heading="NPSS",
+        aggregation="weighted mean",
+        options=("convention",),
+        fields={"convention": None, "unwrap": None},
+    )
+)
+EULER_ERROR = register(
+    Metric(
+        name="euler_error",
+        function=_euler_error,
+        says="the Euclidean norm of the difference of Euler angles in a frame, averaged over sequences",
+        heading="Euler error",
+        options=("fps", "at_ms"),
+        unit="rad",
+        digits=3,
+        fields={"columns": "gt", "average": "at", "still": None},
+    )
+)
+MSE = register(
+    Metric(
+        name="mse",
+        function=_mse,
+        says="the mean, over sequences, frames and features, of the squared difference",
+        heading="MSE",
+    )
+)
+_OWN = tuple(_registered)

@@ -1,0 +1,19 @@
+"""The option of commands that measure by other metrics than NPSS and the Euler error."""
+
+from __future__ import annotations
+
+import argparse
+
+from npss._metric.registry import EULER_ERROR, METRICS, NPSS
+
+
+def add_metrics(parser: argparse.ArgumentParser) -> None:
+    """Add the option."""
+    others = ", ".join(name for name in METRICS if name not in (NPSS.name, EULER_ERROR.name))
+    parser.add_argument(
+        "--metrics",
+        nargs="+",
+        default=(),
+        metavar="NAME",
+        help=f"measure by these metrics, too: {others}, or any other that is registered",
+    )
