@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 
 import npss
@@ -12,6 +11,10 @@ from npss.console import Parser, run
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit status: 0, or as `run` says."""
+    return run("npss", _parser, arguments)
+
+
+def _parser() -> Parser:
     parser = Parser(
         prog="npss", description="NPSS, the metric for long-term human motion prediction: one meaning per number."
     )
@@ -19,4 +22,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in (_score, _leaderboard, _report, _study, _explain, _demo):
         command.add_parser(commands)
-    return run(parser, _study.name_form(sys.argv[1:] if arguments is None else arguments))
+    return parser

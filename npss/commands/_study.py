@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from npss import published
 from npss._metric.convention import CONVENTIONS
 from npss.commands import _votes
+from npss.console import Parser
 from npss.files._samples import add_max_size
 from npss.files._write import check_output, write_text_atomically
 from npss.ranking._submissions import read_records, sample_files
@@ -38,20 +38,11 @@ _PLAN = """\
 Say how many questions a study needs, or what its power is with some number of them: of the two-proportion z test,
 which takes the answers of the two metrics as independent samples.
 """
-_FORMS = ("plan", "page", "evaluate")
-
-
-def name_form(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments of ``npss``, ``npss study VOTES`` written out as ``npss study evaluate VOTES``."""
-    given = list(arguments)
-    if given[:1] == ["study"] and len(given) > 1 and given[1] not in (*_FORMS, "-h", "--help"):
-        given.insert(1, "evaluate")
-    return given
 
 
 def add_parser(commands: Any) -> None:
     """Add the command to those of ``npss``."""
-    parser: argparse.ArgumentParser = commands.add_parser(
+    parser: Parser = commands.add_parser(
         "study",
         help="plan a user study, make its page, evaluate its votes",
         description=_DESCRIPTION,
@@ -60,6 +51,7 @@ def add_parser(commands: Any) -> None:
     forms = parser.add_subparsers(title="forms", required=True, metavar="FORM")
     for add in (_add_plan, _add_page, _add_evaluate):
         add(forms)
+    parser.imply("evaluate", forms)
 
 
 def _add_plan(forms: Any) -> None:

@@ -1,8 +1,8 @@
 """What commands have in common: their parser, progress, tables, and terminals that lack signs."""
 
-from npss.console._parser import Parser, meant
+from npss.console._parser import Parser, add_plugin, meant
 from npss.console._progress import Progress, duration
 from npss.console._run import run
 from npss.console._tables import markdown_code, markdown_text, table
 
-__all__ = ["Parser", "Progress", "duration", "markdown_code", "markdown_text", "meant", "run", "table"]
+__all__ = ["Parser", "Progress", "add_plugin", "duration", "markdown_code", "markdown_text", "meant", "run", "table"]

@@ -11,17 +11,68 @@ from typing import Any, NoReturn
 class Parser(argparse.ArgumentParser):
     """An `argparse.ArgumentParser` whose errors are one line. Its subcommands have parsers of the same class."""
 
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._implied: str | None = None
+        self._first: tuple[str, ...] = ()
+        if self.add_help:
+            add_plugin(self)
+
+    def imply(self, command: str, commands: Any) -> None:
+        """Let a subcommand be left out, one of `commands`: it is meant where the first argument names none of them."""
+        self._implied, self._first = command, (*commands.choices, "-h", "--help")
+
     def error(self, message: str) -> NoReturn:
         """Print one line, and exit with status 2."""
         self.exit(2, f"{self.prog}: error: {' '.join(message.split())} (see {self.prog} --help)\n")
 
-    def parse_known_args(self, *arguments: Any, **options: Any) -> Any:
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse all arguments there are: a subcommand refuses what it does not know itself, as it knows its options."""
-        namespace, unknown = super().parse_known_args(*arguments, **options)
+        if self._implied and args and args[0] not in self._first:
+            args = [self._implied, *args]
+        namespace, unknown = super().parse_known_args(args, namespace)
         if unknown:
             known = (name for action in self._actions for name in action.option_strings)
             self.error(f"unrecognized arguments: {' '.join(unknown)}{meant(unknown, known)}")
         return namespace, unknown
+
+
+def add_plugin(parser: argparse.ArgumentParser) -> None:
+    """Add the option to the help of a command; `split_plugins` has read it before there is a parser."""
+    parser.add_argument(
+        "--plugin",
+        default=argparse.SUPPRESS,
+        metavar="MODULE",
+        help="import this module first, for what it registers; may be given several times",
+    )
+
+
+def split_plugins(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the plugins that arguments name, wherever that is, and all other arguments.
+
+    Raises
+    ------
+    ValueError
+        If the last argument is an option without its plugin.
+
+    Examples
+    --------
+    >>> split_plugins(["--plugin", "a", "score", "gt.npy", "--plugin=b.c", "pred.npy"])
+    (['a', 'b.c'], ['score', 'gt.npy', 'pred.npy'])
+    """
+    plugins, others = [], []
+    words = iter(arguments)
+    for word in words:
+        option, _, plugin = word.partition("=")
+        if word == "--":  # what follows are no options
+            others += [word, *words]
+        elif option != "--plugin":
+            others.append(word)
+        elif plugin := plugin or next(words, ""):
+            plugins.append(plugin)
+        else:
+            raise ValueError("--plugin: expected the name of a module, such as my.module")
+    return plugins, others
 
 
 def meant(unknown: Sequence[str], known: Iterable[str]) -> str:

@@ -7,10 +7,12 @@ import errno
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from npss.console._encoding import allow_any_text, discard_output, warnings_in_one_line
+from npss.console._parser import split_plugins
 from npss.extras import install_hint
+from npss.plugins import load, load_installed
 
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 #: What brings a package: an extra of ``npss-metric``, or the whole of ``npss-baselines``.
@@ -18,25 +20,39 @@ _EXTRAS = {"h5py": "h5", "matplotlib": "plot", "pandas": "pandas", "scipy": "stu
 _OF_BASELINES = ("filelock", "jsonargparse", "lightning", "safetensors", "torch")
 
 
-def run(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> int:
-    """Parse the arguments and call the ``run`` that they chose.
+def run(prog: str, parser: Callable[[], argparse.ArgumentParser], arguments: Sequence[str] | None) -> int:
+    """Import the plugins, parse the arguments and call the ``run`` that they chose.
 
     Its errors become one line and status 2; Ctrl-C becomes one line and status 130.
+
+    Parameters
+    ----------
+    prog : str
+        What the command is called.
+    parser : callable
+        Makes its parser; called after the plugins have registered what it lists.
+    arguments : sequence of str or None
+        Those of the command; None for those of this process.
     """
     allow_any_text()
-    options = parser.parse_args(arguments)
+    options = argparse.Namespace()
     try:
-        with warnings_in_one_line(parser.prog):
+        with warnings_in_one_line(prog):
+            plugins, others = split_plugins(sys.argv[1:] if arguments is None else arguments)
+            load_installed()
+            for plugin in plugins:
+                load(plugin)
+            options = parser().parse_args(others)
             options.run(options)
         print(end="", flush=True)
     except BrokenPipeError:  # the reader has seen enough, e.g. `npss score ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt:
-        print(f"{parser.prog}: interrupted", file=sys.stderr)
+        print(f"{prog}: interrupted", file=sys.stderr)
         return 128 + signal.SIGINT
     except (ImportError, OSError, TypeError, ValueError) as error:
         message = told(error, getattr(options, "extra", None))
-        print(f"{parser.prog}: error: {' '.join(message.split())}", file=sys.stderr)
+        print(f"{prog}: error: {' '.join(message.split())}", file=sys.stderr)
         discard_output()
         return 2
     return 0

@@ -109,7 +109,7 @@ def same(first, second):
 
 def train_until_killed(out, configuration, moment, number):
     """Train in a process of its own, which kills itself when something happens for the so-manieth time."""
-    MODELS["tiny"] = TINY
+    MODELS.register("tiny", TINY)
     left = [number]
 
     def die_in_time():
@@ -143,4 +143,4 @@ def command(*arguments):
     commands = parser.add_subparsers(required=True)
     for module in (train, predict):
         module.add_parser(commands)
-    return run(parser, [str(argument) for argument in arguments])
+    return run("npss-baselines", lambda: parser, [str(argument) for argument in arguments])

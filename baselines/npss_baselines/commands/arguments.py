@@ -8,6 +8,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from npss.console import add_plugin
 from npss.validation import one_of
 from npss_baselines.data import h36m
 from npss_baselines.models import MODELS
@@ -197,6 +198,7 @@ def _add_options(parser: Parser) -> Parser:
     parser.add_argument(
         "--tf32", action="store_true", help="on a GPU, round what is multiplied to ten bits: faster, and less exact"
     )
+    add_plugin(parser)
     parser.add_argument("--tensorboard", action="store_true", help="write logs for TensorBoard, too")
     return parser
 

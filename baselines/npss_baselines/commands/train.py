@@ -58,7 +58,8 @@ def run(options: argparse.Namespace) -> None:
         launch.folders_alone(options.out, folders, before),
     ):
         for one, _, _, out in together:
-            config.write(out / config.FILE, one, f"{device}, tf32" if options.tf32 else device, paths)
+            made_on = f"{device}, tf32" if options.tf32 else device
+            config.write(out / config.FILE, one, made_on, paths, config.plugins_of(one))
         rows = trainer.train_together(
             together, options.out, device=device, tf32=options.tf32, tensorboard=options.tensorboard
         )

@@ -9,6 +9,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TypeVar
 
+from npss.console import add_plugin
 from npss_baselines.commands.arguments import file_of, not_in_configuration, refuse_changes
 from npss_baselines.manifold.model.projector import Projector
 from npss_baselines.manifold.motion.features import local_positions
@@ -164,5 +165,6 @@ def _add_options(parser: Parser) -> Parser:
     parser.add_argument("--config", type=Path, metavar="FILE", help=f"begin with this configuration, a {FILE}")
     parser.add_argument("--resume", action="store_true", help="go on where the run was cut off, if it had begun")
     launch.add_device(parser)
+    add_plugin(parser)
     parser.add_argument("--tensorboard", action="store_true", help="write logs for TensorBoard, too")
     return parser

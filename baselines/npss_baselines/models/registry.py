@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from npss.plugins import Registry
 from npss_baselines.models.base import MotionModel
 from npss_baselines.models.erd import ERD, ERDConfig
 from npss_baselines.models.gru_d import GRUd, GRUdConfig
@@ -85,19 +86,22 @@ class ModelSpec:
         return self.recipe.regime
 
 
-#: By name.
-MODELS = {
-    spec.name: spec
-    for spec in (
-        ModelSpec("vgru-d", VGRU_D, VTLN, LONG_TERM),
-        ModelSpec("gru-d", GRUdConfig(), GRUd, LONG_TERM),
-        ModelSpec("vgru-r1", VGRU_R1, VTLN, SHORT_TERM),
-        ModelSpec("vgru-ac", VGRU_AC, VTLN, replace(LONG_TERM, regime="auto-conditioning", closed_weight=())),
-        ModelSpec("mbr-unsup", MBRConfig(), MBR, SAMPLING),
-        ModelSpec("mbr-sup", MBRConfig(label=True), MBR, SAMPLING),
-        ModelSpec("mbr-long", MBRConfig(residual=False), MBR, replace(SAMPLING, n_target=100)),
-        ModelSpec("erd", ERDConfig(), ERD, NOISE),
-        ModelSpec("lstm-3lr", LSTM3LRConfig(), LSTM3LR, NOISE),
-        ModelSpec("srnn", SRNNConfig(), SRNN, NOISE),
-    )
-}
+#: By name; a plugin adds its own by ``MODELS.register(spec.name, spec)``.
+MODELS = Registry(
+    "model",
+    {
+        spec.name: spec
+        for spec in (
+            ModelSpec("vgru-d", VGRU_D, VTLN, LONG_TERM),
+            ModelSpec("gru-d", GRUdConfig(), GRUd, LONG_TERM),
+            ModelSpec("vgru-r1", VGRU_R1, VTLN, SHORT_TERM),
+            ModelSpec("vgru-ac", VGRU_AC, VTLN, replace(LONG_TERM, regime="auto-conditioning", closed_weight=())),
+            ModelSpec("mbr-unsup", MBRConfig(), MBR, SAMPLING),
+            ModelSpec("mbr-sup", MBRConfig(label=True), MBR, SAMPLING),
+            ModelSpec("mbr-long", MBRConfig(residual=False), MBR, replace(SAMPLING, n_target=100)),
+            ModelSpec("erd", ERDConfig(), ERD, NOISE),
+            ModelSpec("lstm-3lr", LSTM3LRConfig(), LSTM3LR, NOISE),
+            ModelSpec("srnn", SRNNConfig(), SRNN, NOISE),
+        )
+    },
+)

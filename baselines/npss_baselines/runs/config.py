@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import npss
 from npss.console import meant
 from npss.extras import install_hint
 from npss.files import doing, read_json, write_text_atomically
+from npss.plugins import require
 from npss.protocol import ACTIONS, TRAIN_SUBJECTS
 from npss.validation import each, one_of, positive_integer, positive_number
 from npss_baselines.data.windows import GAIT, checked_seed
@@ -33,8 +34,8 @@ FILE = "config.json"
 CHECKPOINT = "last.ckpt"
 SOURCES = ("h36m", "synthetic")
 SELECT = ("released", "paper", "euler", "last")
-# Stated in the file, but no part of the configuration: for those who read it, and where the data were.
-NOTES = ("made_with", "paths")
+# Stated in the file, but no part of the configuration: for those who read it, where the data were, and what to import.
+NOTES = ("made_with", "paths", "plugins")
 
 
 @dataclass(frozen=True)
@@ -147,17 +148,21 @@ def paths_of(path: Path) -> dict[str, Path]:
 
 
 def stated_in(path: Path) -> dict[str, Any]:
-    """Read what a configuration states, of which nothing is checked yet.
+    """Read what a configuration states, of which nothing is checked yet but the plugins that it needs.
 
     Raises
     ------
     OSError, ValueError
-        If it cannot be read, or is no JSON object; names the file.
+        If it cannot be read, is no JSON object, or needs a plugin that is not imported; names the file.
     """
     with doing("reading the configuration"):
         stated = read_json(path)
     if not isinstance(stated, dict):
         raise ValueError(f"{path}: expected an object, got {stated!r}")
+    try:
+        require(stated.get("plugins", []))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
     return stated
 
 
@@ -169,7 +174,13 @@ def check_fields(where: str, stated: object, names: Sequence[str]) -> None:
         raise ValueError(f"{where}there is no {unknown[0]!r}; there are {', '.join(names)}")
 
 
-def write(path: Path, configuration: Any, device: str, paths: Mapping[str, Path] | None = None) -> None:
+def write(
+    path: Path,
+    configuration: Any,
+    device: str,
+    paths: Mapping[str, Path] | None = None,
+    plugins: Iterable[str] = (),
+) -> None:
     """Write a configuration, and beside it what the run is made with and where its data are.
 
     Parameters
@@ -182,12 +193,19 @@ def write(path: Path, configuration: Any, device: str, paths: Mapping[str, Path]
         What it is computed on.
     paths : mapping of str to Path, optional
         The folders of the data, by the names of the options that said so.
+    plugins : iterable of str, optional
+        What has to be imported before the configuration can be read.
     """
     made_with = {"npss": npss.__version__, "torch": str(torch.__version__), "device": device}
     found = {name: str(folder.resolve()) for name, folder in (paths or {}).items()}
-    write_text_atomically(
-        path, json.dumps({**asdict(configuration), "made_with": made_with, "paths": found}, indent=2) + "\n"
-    )
+    notes = dict(zip(NOTES, (made_with, found, list(plugins)), strict=True))
+    write_text_atomically(path, json.dumps(asdict(configuration) | notes, indent=2) + "\n")
+
+
+def plugins_of(configuration: Configuration) -> list[str]:
+    """Return the plugins that have registered what a run is made of."""
+    found = {MODELS.plugin(configuration.name)}
+    return sorted(plugin for plugin in found if plugin is not None)
 
 
 def defaults(name: str) -> dict[str, Any]:

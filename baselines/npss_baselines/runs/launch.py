@@ -14,6 +14,7 @@ import torch
 from filelock import FileLock, Timeout
 
 from npss.files import doing
+from npss.plugins import named
 from npss_baselines.runs.config import CHECKPOINT, FILE
 from npss_baselines.runs.stopping import Stopped
 
@@ -129,7 +130,7 @@ def going_on(folders: Sequence[Path], arguments: Sequence[str]) -> Iterator[None
     """
 
     def how() -> str:
-        return f"; to go on: {_PROGRAM} {shlex.join(arguments)}" if begun(folders) else ""
+        return f"; to go on: {_PROGRAM} {shlex.join([*arguments, *named()])}" if begun(folders) else ""
 
     try:
         yield

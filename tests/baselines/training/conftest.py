@@ -4,9 +4,11 @@ import pytest
 
 import trainings
 from npss_baselines.models import MODELS
+from registered import registered
 
 
 @pytest.fixture
-def _tiny(monkeypatch):
+def _tiny():
     """Add the model to the registry."""
-    monkeypatch.setitem(MODELS, "tiny", trainings.TINY)
+    with registered(MODELS, tiny=trainings.TINY):
+        yield

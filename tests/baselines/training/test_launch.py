@@ -29,6 +29,7 @@ from npss_baselines.runs import config, fitting, launch
 from npss_baselines.runs import run as runs
 from npss_baselines.runs.stopping import Stop, Stopped
 from npss_baselines.training import trainer
+from registered import registered
 from trainings import RECIPE, TINY, command, configured, outcome, same, trained
 
 pytestmark = pytest.mark.usefixtures("_tiny")
@@ -69,8 +70,7 @@ def signalled(monkeypatch):
 def whole(tmp_path_factory):
     """What a command comes to that is not interrupted."""
     out = tmp_path_factory.mktemp("whole") / "r"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(MODELS, "tiny", TINY)
+    with registered(MODELS, tiny=TINY):
         assert command("train", *SAID, "--out", out) == 0
     return outcome(out)
 

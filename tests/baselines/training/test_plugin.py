@@ -1,0 +1,83 @@
+"""A run of a model that a plugin registers: its configuration names the plugin, and never imports it."""
+
+import json
+import sys
+
+import pytest
+
+from npss import plugins
+from npss_baselines.__main__ import main
+from npss_baselines.models import MODELS
+
+PLUGIN = """\
+from npss_baselines.models import MODELS
+from trainings import TINY
+
+MODELS.register("tiny", TINY)
+"""
+SAID = ["--data", "synthetic", "--iterations", "3", "--recipe.batch", "2", "--device", "cpu"]
+
+
+def forget():
+    """Be a process that has not imported the plugin."""
+    sys.modules.pop("my_model", None)
+    MODELS._entries.pop("tiny", None)
+    MODELS._plugins.pop("tiny", None)
+    plugins._named.clear()
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """The folder of a run, in the current folder, which holds the plugin."""
+    folder = tmp_path_factory.mktemp("plugin")
+    (folder / "my_model.py").write_text(PLUGIN, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(sys, "path", list(sys.path))
+        assert main(["train", "tiny", *SAID, "--out", "run", "--plugin", "my_model"]) == 0
+        forget()
+        yield folder / "run"
+        forget()
+
+
+def test_the_configuration_names_the_plugin(run):
+    stated = json.loads((run / "config.json").read_text(encoding="utf-8"))
+    assert (stated["name"], stated["plugins"]) == ("tiny", ["my_model"])
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["evaluate", "run", "--synthetic"],
+        ["leaderboard", "run", "--synthetic"],
+        ["predict", "run", "--synthetic", "--out", "predicted.npz"],
+        ["train", "--resume", "--out", "run"],
+        ["train", "--config", "run/config.json", "--out", "other"],
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_without_the_option_commands_stop_and_print_it(capsys, run, arguments):
+    if arguments[0] == "leaderboard":
+        pytest.importorskip("pandas")
+    assert main(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    message = "config.json: it needs what a plugin registers; if you trust the module, add --plugin my_model\n"
+    assert captured.err.endswith(message)
+    assert "my_model" not in sys.modules
+    assert main([*arguments[:1], "--plugin", "my_model", *arguments[1:]]) == 0
+    assert "my_model" in sys.modules
+    forget()
+
+
+def test_what_goes_on_with_a_run_names_the_plugin(capsys, run, monkeypatch):
+    from npss_baselines.training import trainer
+
+    def interrupted(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(trainer, "train_together", interrupted)
+    with pytest.raises(SystemExit):
+        main(["--plugin", "my_model", "train", "tiny", *SAID, "--out", "interrupted"])
+    assert capsys.readouterr().err.endswith("train --resume --out interrupted --device cpu --plugin my_model\n")
+    forget()

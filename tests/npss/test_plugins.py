@@ -1,0 +1,217 @@
+"""Plugins: who imports them, from where, and what is said of one that cannot be imported."""
+
+import importlib.metadata
+import os
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from command_line import run
+from npss import plugins
+from npss.console._parser import split_plugins
+from npss.plugins import Registry
+
+SIGNATURE = "npss|version:1|convention:paper"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The current folder, from which plugins are imported and forgotten again."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr(plugins, "_named", {})
+    before = set(sys.modules)
+    yield tmp_path
+    for name in set(sys.modules) - before:
+        del sys.modules[name]
+
+
+def write(folder, **modules):
+    for name, text in modules.items():
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+
+
+def install(folder, monkeypatch, **points):
+    """Declare the entry points of an installed distribution."""
+    there = folder / "installed"
+    (there / "its-1.dist-info").mkdir(parents=True)
+    lines = "".join(f"{name} = {module}\n" for name, module in points.items())
+    (there / "its-1.dist-info/METADATA").write_text("Metadata-Version: 2.1\nName: its\nVersion: 1\n", encoding="utf-8")
+    (there / "its-1.dist-info/entry_points.txt").write_text(f"[npss.plugins]\n{lines}", encoding="utf-8")
+    monkeypatch.syspath_prepend(there)
+    return there
+
+
+class TestRegistry:
+    def test_is_a_mapping_that_grows(self):
+        registry = Registry("thing", {"a": 1})
+        registry.register("b", 2)
+        assert dict(registry) == {"a": 1, "b": 2}
+        assert (len(registry), "b" in registry, registry.get("c")) == (2, True, None)
+        with pytest.raises(TypeError):
+            registry["c"] = 3
+
+    @pytest.mark.parametrize("name", ["", " ", "a\nb", "\x1b[0m"])
+    def test_names_can_be_printed(self, name):
+        with pytest.raises(ValueError, match=r"^the name of a thing: expected a text that can be printed, got "):
+            Registry("thing").register(name, 1)
+
+    def test_names_are_texts(self):
+        with pytest.raises(TypeError, match=r"^the name of a thing: expected a text, got 1"):
+            Registry("thing").register(1, 1)
+
+    def test_knows_the_plugin_of_an_entry(self, folder, monkeypatch):
+        registry = Registry("thing", {"a": 1})
+        monkeypatch.setattr(plugins, "THINGS", registry, raising=False)
+        write(folder, plugin_b="from npss.plugins import THINGS\nTHINGS.register('b', 2)")
+        plugins.load("plugin_b")
+        registry.register("c", 3)
+        assert [registry.plugin(name) for name in registry] == [None, "plugin_b", None]
+        with pytest.raises(KeyError):
+            registry.plugin("d")
+        with pytest.raises(ValueError, match=r"^the thing 'b' is registered already, by plugin_b$"):
+            registry.register("b", 4)
+        with pytest.raises(ValueError, match=r"^the thing 'c' is registered already$"):
+            registry.register("c", 4)
+
+
+class TestArguments:
+    @pytest.mark.parametrize(
+        "arguments",
+        [
+            ["--plugin", "a", "--plugin", "b.c", "explain", SIGNATURE],
+            ["explain", "--plugin=a", SIGNATURE, "--plugin", "b.c"],
+            ["explain", SIGNATURE, "--plugin=a", "--plugin=b.c"],
+        ],
+    )
+    def test_before_and_behind_the_command(self, arguments):
+        assert split_plugins(arguments) == (["a", "b.c"], ["explain", SIGNATURE])
+
+    def test_files_may_be_called_as_the_option(self):
+        assert split_plugins(["score", "--", "--plugin", "a"]) == ([], ["score", "--", "--plugin", "a"])
+
+    @given(st.lists(st.sampled_from(["a", "--pluginx", "--plugi", "-o", "plugin", "x=--plugin"])))
+    def test_all_else_is_left_as_it_is(self, arguments):
+        assert split_plugins(arguments) == ([], arguments)
+
+    @pytest.mark.parametrize("arguments", [["score", "--plugin"], ["--plugin="]])
+    def test_without_a_module(self, capsys, arguments):
+        message = "npss: error: --plugin: expected the name of a module, such as my.module\n"
+        assert run(capsys, *arguments) == (2, "", message)
+
+    @pytest.mark.parametrize("command", [[], ["score"], ["study", "plan"]])
+    def test_help_says_that_there_is_the_option(self, capsys, command):
+        assert "--plugin MODULE" in run(capsys, *command, "--help")[1]
+        assert "did you mean --plugin?" in run(capsys, "explain", "a", "--plugins", "b")[2]
+
+
+class TestLoad:
+    def test_a_module_in_the_current_folder(self, capsys, folder):
+        write(folder, plugin_a="print('imported')", plugin_b="import plugin_a")
+        assert run(capsys, "explain", SIGNATURE, "--plugin", "plugin_b")[:2] == (
+            0,
+            "imported\n" + run(capsys, "explain", SIGNATURE)[1],
+        )
+        assert plugins.named() == ["--plugin", "plugin_b"]
+
+    def test_a_module_of_a_package(self, folder):
+        (folder / "its").mkdir()
+        write(folder / "its", __init__="", plugin="from . import other", other="")
+        plugins.load("its.plugin")
+        assert "its.other" in sys.modules
+
+    @pytest.mark.parametrize("module", ["json.tool", "npss.gait"])
+    def test_what_is_installed_comes_first(self, folder, module):
+        """So that a folder of data cannot put its code in the place of what is installed."""
+        write(folder, json="raise RuntimeError", npss="raise RuntimeError", plistlib="raise RuntimeError")
+        before = list(sys.path)
+        plugins.load(module)
+        assert sys.path == before
+
+    def test_the_current_folder_comes_last(self, folder):
+        write(folder, plugin_a="import wave", wave="raise RuntimeError")
+        plugins.load("plugin_a")
+        assert sys.path[-1] == str(folder)
+
+    def test_by_the_installed_command(self, tmp_path):
+        """In a process of its own, the command of which does not begin with the current folder on its path."""
+        write(tmp_path, plugin_a="print('imported')")
+        code = "import sys; sys.path[0] = ''; del sys.path[0]; from npss.commands import main; sys.exit(main())"
+        command = [sys.executable, "-c", code, "explain", SIGNATURE, "--plugin", "plugin_a"]
+        done = subprocess.run(command, capture_output=True, encoding="utf-8", cwd=tmp_path, env=os.environ)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert done.stdout.startswith("imported\n")
+
+    @pytest.mark.parametrize(
+        ("name", "message"),
+        [
+            ("plugin_a.py", "--plugin: expected the name of a module, such as my.module, got 'plugin_a.py'"),
+            ("./plugin_a", "--plugin: expected the name of a module, such as my.module, got './plugin_a'"),
+            (".plugin_a", "--plugin: expected the name of a module, such as my.module, got '.plugin_a'"),
+            ("nowhere", "--plugin nowhere: there is no module 'nowhere', installed or in the current folder"),
+            ("broken.x", "--plugin broken.x: NameError: name 'broken' is not defined ({}/broken.py, line 2)"),
+            ("package.x", "--plugin package.x: there is no module 'package.x', installed or in the current folder"),
+            ("needs", "--plugin needs: No module named 'nowhere' ({}/needs.py, line 1)"),
+            ("syntax", "--plugin syntax: SyntaxError: invalid syntax (syntax.py, line 1)"),
+            ("twice", "--plugin twice: ValueError: the thing 'a' is registered already ({}/twice.py, line 2)"),
+        ],
+    )
+    def test_what_cannot_be_imported(self, capsys, folder, name, message):
+        write(
+            folder,
+            broken="\nbroken",
+            needs="import nowhere",
+            syntax="1 +* 2",
+            twice="from npss.plugins import Registry\nRegistry('thing', {'a': 1}).register('a', 2)",
+        )
+        (folder / "package").mkdir()
+        write(folder / "package", __init__="")
+        status, out, err = run(capsys, "explain", SIGNATURE, "--plugin", name)
+        assert (status, out) == (2, "")
+        assert err == f"npss: error: {message.format(folder)}\n"
+
+
+class TestInstalled:
+    def test_entry_points_are_imported_by_commands_alone(self, capsys, folder, monkeypatch):
+        there = install(folder, monkeypatch, its="plugin_i")
+        write(there, plugin_i="print('installed')")
+        assert "plugin_i" not in sys.modules
+        assert run(capsys, "explain", SIGNATURE)[1].startswith("installed\n")
+        assert plugins.named() == []
+        code = "import npss, npss.plugins, sys; print('plugin_i' in sys.modules)"
+        path = os.pathsep.join([str(there), os.environ.get("PYTHONPATH", "")])
+        environment = os.environ | {"PYTHONPATH": path}
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, encoding="utf-8", env=environment, check=True
+        )
+        assert done.stdout == "False\n"
+
+    def test_a_broken_one_is_named(self, capsys, folder, monkeypatch):
+        there = install(folder, monkeypatch, its="plugin_i")
+        write(there, plugin_i="1 / 0")
+        message = (
+            f"the installed plugin its (plugin_i): ZeroDivisionError: division by zero ({there}/plugin_i.py, line 1)"
+        )
+        assert run(capsys, "explain", SIGNATURE) == (2, "", f"npss: error: {message}\n")
+
+    def test_none_is_installed_here(self):
+        assert not importlib.metadata.entry_points(group=plugins.GROUP)
+
+
+class TestRequire:
+    def test_what_is_imported(self):
+        plugins.require([])
+        plugins.require(["npss", "npss.plugins"])
+
+    def test_the_options_to_add(self):
+        with pytest.raises(ValueError, match=r"; if you trust the module, add --plugin my_a --plugin my.b$"):
+            plugins.require(["my_a", "npss", "my.b"])
+        assert "my_a" not in sys.modules
+
+    @pytest.mark.parametrize("stated", ["npss", {"npss": 1}, [1], ["a; rm"], ["$(a)"], ["a b"], [""], ["a\n"], None])
+    def test_what_is_no_list_of_modules(self, stated):
+        with pytest.raises(ValueError, match=r"^plugins: expected a list of modules, got "):
+            plugins.require(stated)
