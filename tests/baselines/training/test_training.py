@@ -705,7 +705,7 @@ def test_what_commands_refuse(run, tmp_path, capsys, monkeypatch):
             "--tf32: needs a CUDA device",
         ),
         (["predict", run, "--out", tmp_path / "x.mat"], f"--out: expected a .h5 or .npz file, got {tmp_path}/x.mat"),
-        (["predict", run, "--out", tmp_path / "x.h5", "--seed", -1], "seed: expected an integer from 0 to 2**32 - 1"),
+        (["predict", run, "--out", tmp_path / "x.h5", "--seed", -1], "seed: expected a whole number from 0 on, got -1"),
         (["predict", run, "--out", tmp_path / "x.h5", "--actions", "eating"], "--h36m DIR names the folder"),
     ):
         assert command(*wrong) == 2
