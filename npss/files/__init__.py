@@ -2,7 +2,7 @@
 
 from npss.files._arrays import MAX_SIZE
 from npss.files._doing import doing
-from npss.files._json import read_json
+from npss.files._json import parse_json, read_json
 from npss.files._samples import Pair
 from npss.files._text import read_text
 from npss.files._write import (
@@ -10,6 +10,7 @@ from npss.files._write import (
     write_atomically,
     write_bytes_atomically,
     write_figure_atomically,
+    write_stream_atomically,
     write_text_atomically,
 )
 
@@ -18,10 +19,12 @@ __all__ = [
     "Pair",
     "check_output",
     "doing",
+    "parse_json",
     "read_json",
     "read_text",
     "write_atomically",
     "write_bytes_atomically",
     "write_figure_atomically",
+    "write_stream_atomically",
     "write_text_atomically",
 ]

@@ -8,7 +8,7 @@ import stat
 from collections.abc import Callable, Iterable
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 
 def check_output(path: Path, inputs: Iterable[Path] = ()) -> None:
@@ -57,8 +57,17 @@ def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
 
 def write_figure_atomically(path: Path, figure: Any) -> None:
     """Write a figure of matplotlib as `write_atomically` does, in the format that the end of the name says, or PNG."""
-    content = BytesIO()  # matplotlib would leave the file open where the disk is full
-    figure.savefig(content, format=path.suffix[1:] or "png")
+    write_stream_atomically(path, lambda stream: figure.savefig(stream, format=path.suffix[1:] or "png"))
+
+
+def write_stream_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:
+    """Let `write` write to a stream in memory, and write what is in it as `write_atomically` does.
+
+    For what other packages write: matplotlib, numpy, h5py and torch report a full disk in words of their own, or leave
+    the file open.
+    """
+    content = BytesIO()
+    write(content)
     write_bytes_atomically(path, content.getbuffer())
 
 

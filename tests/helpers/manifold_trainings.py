@@ -13,9 +13,9 @@ from npss_baselines.manifold.model.autoencoder import AutoencoderConfig
 from npss_baselines.manifold.motion.prepared import prepare
 from npss_baselines.manifold.training import config
 from npss_baselines.manifold.training import loop as training
-from npss_baselines.manifold.training import run as runs
 from npss_baselines.manifold.training.recipe import Stage
-from npss_baselines.training.trainer import CHECKPOINT, METRICS
+from npss_baselines.runs import metrics, weights
+from npss_baselines.runs.config import CHECKPOINT
 
 TINY = AutoencoderConfig(widths=(4, 5), kernel=3, unpool="half", eps=0.05)
 
@@ -58,8 +58,8 @@ def outcome(out):
         "weights": checkpoint["state_dict"],
         "optimizers": checkpoint["optimizer_states"],
         "chunk": checkpoint["global_step"],
-        "kept": load_file(out / runs.FILE),
-        "metrics": (out / METRICS).read_text(encoding="utf-8"),
+        "kept": load_file(out / weights.FILE),
+        "metrics": (out / metrics.FILE).read_text(encoding="utf-8"),
     }
 
 

@@ -16,8 +16,7 @@ from npss_baselines.data import windows
 from npss_baselines.models import MODELS, ModelSpec
 from npss_baselines.models.base import POSE, MotionModel
 from npss_baselines.models.recipe import Recipe
-from npss_baselines.runs import config
-from npss_baselines.runs import run as runs
+from npss_baselines.runs import config, metrics, weights
 from npss_baselines.training import trainer
 
 
@@ -88,13 +87,13 @@ def trained(out, configuration, training_set=None):
 
 def outcome(out):
     """What a run has come to, to the bit."""
-    checkpoint = torch.load(out / trainer.CHECKPOINT, weights_only=True)
+    checkpoint = torch.load(out / config.CHECKPOINT, weights_only=True)
     return {
         "weights": checkpoint["state_dict"],
         "optimizer": checkpoint["optimizer_states"],
         "iteration": checkpoint["global_step"],
-        "kept": load_file(out / runs.FILE),
-        "metrics": (out / trainer.METRICS).read_text(encoding="utf-8"),
+        "kept": load_file(out / weights.FILE),
+        "metrics": (out / metrics.FILE).read_text(encoding="utf-8"),
     }
 
 

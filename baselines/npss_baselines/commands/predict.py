@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from npss import euler_error_curve, poses_to_euler
 from npss.extras import install_hint
-from npss.files import check_output, write_bytes_atomically
+from npss.files import check_output, write_stream_atomically
 from npss.validation import Array
 from npss_baselines.data.tasks import add_task_options, tasks_of
 
@@ -40,9 +39,10 @@ def run(options: argparse.Namespace) -> None:
     if options.out.suffix not in (".h5", ".npz"):
         raise ValueError(f"--out: expected a .h5 or .npz file, got {options.out}")
     check_output(options.out)
-    from npss_baselines.runs import run as runs  # torch and the like: the other commands need none of it
 
-    trained = runs.load(options.folder)
+    from npss_baselines.runs import store  # torch and the like: the other commands need none of it
+
+    trained = store.load(options.folder)
     of = trained.configuration
     options.synthetic = options.synthetic or (of.data == "synthetic" and not options.actions)
     options.actions = options.actions or (None if options.synthetic else of.actions)
@@ -59,15 +59,17 @@ def run(options: argparse.Namespace) -> None:
 
 def write_samples(path: Path, arrays: Mapping[str, Array]) -> None:
     """Write arrays by name: an HDF5 file, or the same names in a ``.npz``."""
-    content = BytesIO()  # h5py would not say that the disk is full
     if path.suffix == ".npz":
-        np.savez(content, **arrays)  # type: ignore[arg-type]  # none of them is its option
-    else:
-        try:
-            import h5py
-        except ImportError:
-            raise ImportError(f"writing .h5 needs h5py; {install_hint('h5')}") from None
-        with h5py.File(content, "w") as file:
+        write_stream_atomically(path, lambda stream: np.savez(stream, **arrays))  # type: ignore[arg-type]  # no option
+        return
+    try:
+        import h5py
+    except ImportError:
+        raise ImportError(f"writing .h5 needs h5py; {install_hint('h5')}") from None
+
+    def write(stream: BinaryIO) -> None:
+        with h5py.File(stream, "w") as file:
             for name, array in arrays.items():
                 file[name] = array
-    write_bytes_atomically(path, content.getbuffer())
+
+    write_stream_atomically(path, write)

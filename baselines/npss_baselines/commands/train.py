@@ -35,8 +35,7 @@ def run(options: argparse.Namespace) -> None:
         train_command.run(options.arguments[1:])
         return
     from npss_baselines.commands import arguments
-    from npss_baselines.runs import config, launch
-    from npss_baselines.runs import run as runs
+    from npss_baselines.runs import config, launch, weights
     from npss_baselines.training import trainer, validation
 
     said = options.arguments
@@ -66,7 +65,7 @@ def run(options: argparse.Namespace) -> None:
     for (one, _, tasks, out), of_run in zip(together, rows, strict=True):
         kept = validation.best(of_run, one.select)
         print(
-            f"{out / runs.FILE}: the weights of iteration {kept['iteration']:.0f} of {of_run[-1]['iteration']:.0f}, "
+            f"{out / weights.FILE}: the weights of iteration {kept['iteration']:.0f} of {of_run[-1]['iteration']:.0f}, "
             f"on validation windows NPSS {kept['npss_released']:.4f} (released) and {kept['npss_paper']:.4f} (paper)"
         )
         print(f"    {validation.signature(tasks)}")

@@ -16,12 +16,11 @@ from npss_baselines.manifold.motion.features import local_positions
 from npss_baselines.manifold.motion.measures import joint_error
 from npss_baselines.manifold.motion.prepared import MotionSet, motion_set
 from npss_baselines.manifold.motion.split import split, subjects_of
-from npss_baselines.manifold.training import config
+from npss_baselines.manifold.training import config, store
 from npss_baselines.manifold.training import loop as training
-from npss_baselines.manifold.training import run as runs
 from npss_baselines.manifold.training.config import FILE, Configuration
 from npss_baselines.manifold.training.recipe import RECIPES
-from npss_baselines.runs import launch
+from npss_baselines.runs import launch, weights
 from npss_baselines.runs.config import paths_of
 
 _SOURCES = ("cmu", "styles", "h36m")
@@ -71,11 +70,11 @@ def run(arguments: Sequence[str]) -> None:
         )
     kept = training.best(rows, configuration.select)
     print(
-        f"{options.out / runs.FILE}: the weights of epoch {kept['epoch']} of {rows[-1]['epoch']}, mean joint error "
+        f"{options.out / weights.FILE}: the weights of epoch {kept['epoch']} of {rows[-1]['epoch']}, mean joint error "
         f"{kept['error']:.4f} heights on validation windows"
     )
     if test_set is not None:
-        projector = runs.load(options.out).projector
+        projector = store.load(options.out).projector
         error = error_of(projector, test_set)
         print(f"mean joint error {error:.4f} heights on windows of {', '.join(subjects_of(test_set))}")
         print(f"    {projector.signature}")

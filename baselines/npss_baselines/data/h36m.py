@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import hashlib
-import io
 import os
 import warnings
 from collections.abc import Callable, Sequence
@@ -16,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from npss.files import doing, read_text, write_bytes_atomically
+from npss.files import doing, read_text, write_stream_atomically
 from npss.protocol import (
     ACTIONS,
     FPS,
@@ -320,9 +319,7 @@ def _read(path: Path, cache: Path | None) -> Float32:
     rows = _parse(path)
     with doing("making the cache"):
         cache.mkdir(parents=True, exist_ok=True)
-    content = io.BytesIO()  # numpy would not say that the disk is full
-    np.save(content, rows)
-    write_bytes_atomically(kept, content.getbuffer())
+    write_stream_atomically(kept, lambda stream: np.save(stream, rows))
     return rows
 
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import io
 import logging
-import pickle
 import signal
 import sys
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,7 +16,7 @@ import torch
 
 from npss.console import Progress, duration
 from npss.extras import install_hint
-from npss.files import doing, write_bytes_atomically
+from npss_baselines.runs.checkpoint import AtomicIO
 from npss_baselines.runs.config import CHECKPOINT
 from npss_baselines.runs.stopping import Stop, Stopped
 
@@ -26,7 +24,6 @@ try:
     from lightning.fabric.plugins.environments.lightning import LightningEnvironment
     from lightning.pytorch import LightningModule, Trainer
     from lightning.pytorch.loggers import TensorBoardLogger
-    from lightning.pytorch.plugins import TorchCheckpointIO
     from lightning.pytorch.utilities.exceptions import SIGTERMException
 except ImportError:
     raise ImportError(f"training needs lightning; {install_hint('all', baselines=True)}") from None
@@ -82,6 +79,12 @@ class Resumable(LightningModule):
         if self._progress is not None:
             self._progress(self._done())
 
+    def log_row(self, row: Mapping[str, Any], prefix: str = "") -> None:
+        """Log the numbers of a row for TensorBoard, if that is wanted; `prefix` stands before their names."""
+        if self.logger is not None:
+            numbers = {f"{prefix}{name}": value for name, value in row.items() if not isinstance(value, str)}
+            self.logger.log_metrics(numbers, step=self.global_step)
+
     def close(self) -> None:
         """Clear what says how far training is."""
         if self._progress is not None:
@@ -118,28 +121,10 @@ class Resumable(LightningModule):
             print(line, file=sys.stderr, flush=True)
 
 
-class AtomicIO(TorchCheckpointIO):
-    """Lightning's checkpoints, written such that the old one or the new one is there, whole."""
-
-    def save_checkpoint(self, checkpoint: dict[str, Any], path: Any, storage_options: Any | None = None) -> None:
-        """Write a checkpoint: Lightning's own way is by a file in another folder, perhaps of another disk."""
-        content = io.BytesIO()  # torch tells of a full disk in words of its own
-        torch.save(checkpoint, content)
-        write_bytes_atomically(Path(path), content.getbuffer())
-
-    def load_checkpoint(self, path: Any, map_location: Any = "cpu", weights_only: Any = True) -> dict[str, Any]:
-        """Read a checkpoint; nothing in it can run code."""
-        with doing("reading the checkpoint"):
-            content = io.BytesIO(Path(path).read_bytes())
-        try:
-            checkpoint = torch.load(content, map_location="cpu", weights_only=True)
-            if not isinstance(checkpoint, dict) or "state_dict" not in checkpoint:
-                raise ValueError("it has no weights")
-        except (EOFError, OSError, pickle.UnpicklingError, RuntimeError, ValueError) as error:
-            raise ValueError(
-                f"{path}: not a checkpoint, or only a part of one ({error}); without this file, the run begins anew"
-            ) from error
-        return checkpoint
+def torch_seed(seed: int, *step: int) -> int:
+    """Return by what torch's generators are seeded in a step of a run: none is that of numpy's generator there."""
+    entropy = np.random.SeedSequence([seed, *step, 1])  # without the 1, that of numpy's
+    return int(entropy.generate_state(1, np.uint64)[0])
 
 
 def fit(make: Callable[[], Module], *, device: str = "cpu", tensorboard: bool = False) -> Module:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
@@ -14,18 +13,16 @@ import torch
 from torch import Tensor, nn
 from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
-from npss.files import write_atomically
 from npss_baselines.data.tasks import Task
 from npss_baselines.data.windows import Batch, Batches, TrainingSet, digest
 from npss_baselines.models import MODELS
 from npss_baselines.models.base import MotionModel
-from npss_baselines.runs import run as runs
+from npss_baselines.runs import metrics, store
 from npss_baselines.runs.config import Configuration
+from npss_baselines.runs.fitting import torch_seed
+from npss_baselines.runs.predictor import ModelPredictor
 from npss_baselines.training import objectives, validation
 from npss_baselines.training.validation import Row
-
-#: The file of a run with what was measured at each validation.
-METRICS = "metrics.csv"
 
 
 class Member(nn.Module):
@@ -84,8 +81,7 @@ class Member(nn.Module):
 
     def seed(self, iteration: int) -> int:
         """Return by what torch's generators are seeded in an iteration."""
-        entropy = np.random.SeedSequence([self.configuration.seed, iteration, 1])  # without the 1, that of the batch
-        return int(entropy.generate_state(1, np.uint64)[0])
+        return torch_seed(self.configuration.seed, iteration)
 
     def loss(self, poses: Tensor, label: Tensor, iteration: int) -> dict[str, Tensor]:
         """Return the loss of a batch, and its parts."""
@@ -119,14 +115,14 @@ class Member(nn.Module):
         self.rows.append(row)
         if row is validation.best(self.rows, select):
             measured = {**row, "signature": validation.signature(self._validation)}
-            runs.save(self.out, model, self._normalization, measured)
-        write_atomically(self.out / METRICS, self._write_rows)
+            store.save(self.out, model, self._normalization, measured)
+        metrics.write(self.out, self.rows)
         return row
 
     def _measure(self, model: MotionModel, iteration: int) -> Row:
         """Measure a model on the validation windows; what is random in it is drawn alike each time."""
         predictors = [
-            runs.ModelPredictor(
+            ModelPredictor(
                 model, self._normalization, self.configuration.actions.index(task.action), np.random.default_rng(0)
             )
             for task in self._validation
@@ -140,9 +136,3 @@ class Member(nn.Module):
         return ValueError(
             f"training of {self.out} has diverged by iteration {iteration}: {sign}; try a lower --recipe.lr"
         )
-
-    def _write_rows(self, path: Path) -> None:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, dict.fromkeys(name for row in self.rows for name in row))
-            writer.writeheader()
-            writer.writerows(self.rows)

@@ -19,11 +19,9 @@ from npss_baselines.models.recipe import Recipe
 from npss_baselines.runs.config import CHECKPOINT, Configuration
 from npss_baselines.runs.fitting import Resumable, fit
 from npss_baselines.training.captured import Captured
-from npss_baselines.training.member import METRICS, Member
+from npss_baselines.training.member import Member
 from npss_baselines.training.rmsprop import RMSpropTF
 from npss_baselines.training.validation import Row
-
-__all__ = ["CHECKPOINT", "METRICS", "Member", "train", "train_together"]
 
 _Batches = Sequence[tuple[Tensor, Tensor]]  # one for each member
 
@@ -140,13 +138,9 @@ class Training(Resumable):
         validate = done % self.configuration.validate_every == 0 or done == self.recipe.iterations
         if validate:
             for member in members:
-                self._log(member, member.validate(done))
+                prefix = "" if member.out == self.out else f"{member.out.relative_to(self.out)}/"
+                self.log_row(member.validate(done), prefix)
         self.step_is_done(checkpoint=validate or done % self.configuration.checkpoint_every == 0)
-
-    def _log(self, member: Member, row: Row) -> None:
-        if self.logger is not None:
-            prefix = "" if member.out == self.out else f"{member.out.relative_to(self.out)}/"
-            self.logger.log_metrics({f"{prefix}{name}": value for name, value in row.items()}, step=self.global_step)
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Add what has been measured, and of whom."""

@@ -23,7 +23,7 @@ from npss_baselines.manifold.motion.normalization import normalization
 from npss_baselines.manifold.motion.prepared import motion_set
 from npss_baselines.manifold.show import figures as gallery
 from npss_baselines.manifold.show import pictures
-from npss_baselines.manifold.training import run as runs
+from npss_baselines.manifold.training import store
 from npss_baselines.manifold.training.config import FILE, defaults, write
 
 
@@ -108,7 +108,7 @@ def run(motions, tmp_path_factory):
     manifold = manifold_of(motions)
     configuration = replace(defaults(), model=manifold.network.config)
     write(folder / FILE, configuration, "cpu")
-    runs.save(folder, configuration, manifold.network, manifold.normalization, {})
+    store.save(folder, configuration, manifold.network, manifold.normalization, {})
     return folder
 
 

@@ -16,7 +16,7 @@ from npss_baselines.data.tasks import synthetic_task
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
 from npss_baselines.manifold.motion.normalization import normalization
 from npss_baselines.manifold.motion.prepared import motion_set, prepare
-from npss_baselines.manifold.training import run as runs
+from npss_baselines.manifold.training import store
 from npss_baselines.manifold.training.config import FILE, defaults, write
 
 MODELS = ["zero-velocity", "repeat-50"]
@@ -31,7 +31,7 @@ def manifold(tmp_path_factory):
     folder = tmp_path_factory.mktemp("manifold")
     write(folder / FILE, configuration, "cpu")
     statistics = normalization(motions.windows, motions.mask, "kind")
-    runs.save(folder, configuration, Autoencoder(configuration.model), statistics, {})
+    store.save(folder, configuration, Autoencoder(configuration.model), statistics, {})
     return folder
 
 
@@ -40,7 +40,7 @@ def test_g_of_each_model_is_that_of_its_codes(manifold):
     submissions = submit(MODELS, [task])
     records = records_of(submissions, protocol=task.protocol)
     add_g(records, submissions, manifold)
-    projector = runs.load(manifold).projector
+    projector = store.load(manifold).projector
     for record in records:
         codes = []
         for poses in (task.target, submissions[record["model"]]["gait"].pred):

@@ -23,12 +23,11 @@ from npss_baselines.manifold.model.per_window_sgd import OneWindow
 from npss_baselines.manifold.motion.features import local_positions
 from npss_baselines.manifold.motion.prepared import TEST_SUBJECTS, MotionSet, prepare
 from npss_baselines.manifold.motion.split import VALIDATION_SUBJECTS, split
-from npss_baselines.manifold.training import config
+from npss_baselines.manifold.training import config, store
 from npss_baselines.manifold.training import loop as training
-from npss_baselines.manifold.training import run as runs
 from npss_baselines.manifold.training.recipe import PAPER, RECIPES, Stage
-from npss_baselines.runs import launch
-from npss_baselines.training.trainer import CHECKPOINT, METRICS
+from npss_baselines.runs import launch, metrics, weights
+from npss_baselines.runs.config import CHECKPOINT
 
 
 @pytest.fixture(autouse=True)
@@ -45,7 +44,7 @@ def sets():
 # --- the loss, and its gradient by hand ---
 
 
-def weights(mask, pooled, width):
+def frame_weights(mask, pooled, width):
     """How much frames count in a mean, by counting."""
     counts = np.array([[any(window[t : t + pooled]) for t in range(0, len(window), pooled)] for window in mask])
     return torch.from_numpy(counts / (counts.sum(1, keepdims=True) * width)).unsqueeze(2)
@@ -67,7 +66,7 @@ def test_one_window_by_hand_is_autograd(unpool, random, depth):
     rng = np.random.default_rng(0)
     windows = torch.from_numpy(rng.normal(size=(4, 16, 6)))
     mask = rng.random((4, 16)) < 0.7
-    of_frames, of_steps = weights(mask, 1, 6), weights(mask, 2**depth, made.widths[-1])
+    of_frames, of_steps = frame_weights(mask, 1, 6), frame_weights(mask, 2**depth, made.widths[-1])
     options = {"corruption": 0.3, "sparsity": 0.2, "random": random}
     by_hand = OneWindow(network.first(), 16, **options)
     optimizer = torch.optim.SGD(other.parameters(), lr=0.1)
@@ -97,8 +96,8 @@ def test_the_loss_is_what_it_says():
         loss = training.loss_of(
             network.first(),
             windows,
-            weights(mask, 1, 6),
-            weights(mask, 4, 5),
+            frame_weights(mask, 1, 6),
+            frame_weights(mask, 4, 5),
             corruption=0.0,
             sparsity=0.3,
             random=False,
@@ -177,8 +176,8 @@ def test_training_is_the_plain_loop(sets, tmp_path):
         kind = torch.optim.Adam if stage.optimizer == "adam" else torch.optim.SGD
         optimizer = kind(parameters, lr=stage.lr)
         seen = network.encode(windows, below).detach()
-        of_frames = weights(training_set.mask, 2**below, seen.shape[2]).float()
-        of_steps = weights(training_set.mask, 2 ** (below + len(layers)), layers[-1].bias.numel()).float()
+        of_frames = frame_weights(training_set.mask, 2**below, seen.shape[2]).float()
+        of_steps = frame_weights(training_set.mask, 2 ** (below + len(layers)), layers[-1].bias.numel()).float()
         chunks, n_batches = math.ceil(n / 3), math.ceil(n / stage.batch)
         for epoch in range(stage.epochs):
             order, losses = np.random.default_rng([7, number, epoch]).permutation(n), []
@@ -214,10 +213,10 @@ def test_training_is_the_plain_loop(sets, tmp_path):
     for name, value in outcome(tmp_path)["weights"].items():
         torch.testing.assert_close(value, network.state_dict()[name.removeprefix("network.")], rtol=1e-4, atol=1e-5)
     # The error, measured anew from the file.
-    projected = runs.load(tmp_path).projector.project(validation_set.windows)
+    projected = store.load(tmp_path).projector.project(validation_set.windows)
     distances = np.linalg.norm(local_positions(projected) - local_positions(validation_set.windows), axis=-1)
     assert rows[-1]["error"] == pytest.approx(distances[validation_set.mask].mean(), rel=1e-5)
-    with (tmp_path / METRICS).open(encoding="utf-8") as file:
+    with (tmp_path / metrics.FILE).open(encoding="utf-8") as file:
         read = list(csv.DictReader(file))
     assert [float(row["error"]) for row in read] == [row["error"] for row in rows]
 
@@ -237,9 +236,9 @@ def test_a_run_that_is_killed_again_and_again_ends_as_if_it_had_not_been(tmp_pat
         process.start()
         process.join()
         assert process.exitcode == -signal.SIGKILL, (moment, number)
-        if (out / runs.FILE).exists():
-            runs.load(out)  # what is there is whole
-    assert (out / runs.FILE).exists()
+        if (out / weights.FILE).exists():
+            store.load(out)  # what is there is whole
+    assert (out / weights.FILE).exists()
     assert trained(out, configuration, sets) == expected
     assert same(outcome(out), outcome(tmp_path / "whole"))
     assert trained(out, configuration, sets) == expected  # nothing is left to do
@@ -253,11 +252,11 @@ def test_which_weights_are_kept(tmp_path, sets, monkeypatch):
         rows = trained(tmp_path / select, configured(select=select), sets)
         kept = training.best(rows, select)
         assert (kept["phase"], kept["epoch"]) == ("whole", epoch)
-        assert runs.load(tmp_path / select).measured == kept
-    first, second = (load_file(tmp_path / select / runs.FILE) for select in ("best", "last"))
+        assert store.load(tmp_path / select).measured == kept
+    first, second = (load_file(tmp_path / select / weights.FILE) for select in ("best", "last"))
     assert not same(first, second)
-    weights = outcome(tmp_path / "last")["weights"]
-    assert same({name: second[name] for name in weights}, weights)
+    last = outcome(tmp_path / "last")["weights"]
+    assert same({name: second[name] for name in last}, last)
 
 
 def test_stages_without_epochs_are_left_out(tmp_path, sets):
@@ -265,7 +264,7 @@ def test_stages_without_epochs_are_left_out(tmp_path, sets):
     assert {row["phase"] for row in rows} == {"whole"}
     rows = trained(tmp_path / "layers", configured(whole=Stage(epochs=0)), sets)
     assert [row["phase"] for row in rows] == ["layer 1"] * 2 + ["layer 2"] * 2
-    assert runs.load(tmp_path / "layers").measured["phase"] == "layer 2"
+    assert store.load(tmp_path / "layers").measured["phase"] == "layer 2"
     with pytest.raises(ValueError, match=r"^whole: no stage has an epoch"):
         configured(layers=Stage(epochs=0), whole=Stage(epochs=0))
 
@@ -292,7 +291,7 @@ def test_training_that_diverges_in_the_last_step_says_so(tmp_path, sets):
     message = r"^training has diverged: .* every value must be finite in epoch 1 of whole; try a lower --whole\.lr"
     with pytest.raises(ValueError, match=message):
         trained(tmp_path, configuration, sets)
-    assert not (tmp_path / runs.FILE).exists()
+    assert not (tmp_path / weights.FILE).exists()
 
 
 def test_motion_that_does_not_fit(tmp_path, sets):
@@ -312,28 +311,28 @@ def run(tmp_path, sets):
 
 
 def test_the_signature_is_of_weights_and_of_how_they_came_about(run):
-    loaded = runs.load(run)
+    loaded = store.load(run)
     signature = loaded.projector.signature
     assert signature.startswith("manifold-")
-    assert runs.load(run).projector.signature == signature
+    assert store.load(run).projector.signature == signature
     statistics, network = loaded.projector.normalization, loaded.projector.network
     signatures = {signature}
     for changed in ({"seed": 1}, {"data": config.Data(("cmu",), 1, 2, "ab")}, {"whole": Stage(epochs=2)}):
         other = replace(loaded.configuration, **changed)
         config.write(run / config.FILE, other, "cpu")
-        signatures.add(runs.load(run).projector.signature)
+        signatures.add(store.load(run).projector.signature)
     config.write(run / config.FILE, loaded.configuration, "cuda")
-    assert runs.load(run).projector.signature == signature
+    assert store.load(run).projector.signature == signature
     with torch.no_grad():
         network.first()[0].bias[0] += 1e-6
-    runs.save(run, loaded.configuration, network, statistics, loaded.measured)
-    signatures.add(runs.load(run).projector.signature)
+    store.save(run, loaded.configuration, network, statistics, loaded.measured)
+    signatures.add(store.load(run).projector.signature)
     assert len(signatures) == 5
 
 
 def test_broken_runs_are_named(run):
-    content = (run / runs.FILE).read_bytes()
-    tensors = load_file(run / runs.FILE)
+    content = (run / weights.FILE).read_bytes()
+    tensors = load_file(run / weights.FILE)
     stated = {"validation": "{}"}
     bias = "network.layers.0.bias"
     for wrong in (
@@ -347,12 +346,12 @@ def test_broken_runs_are_named(run):
         serialized(tensors | {bias: torch.zeros(3)}, stated),
         serialized(tensors | {"scale": torch.ones(60)}, stated),
     ):
-        (run / runs.FILE).write_bytes(wrong)
-        with pytest.raises(ValueError, match=rf"{runs.FILE}: not the weights of the model in .*{config.FILE}"):
-            runs.load(run)
-    (run / runs.FILE).unlink()
-    with pytest.raises(FileNotFoundError, match=rf"{runs.FILE} is not there \(yet\)"):
-        runs.load(run)
+        (run / weights.FILE).write_bytes(wrong)
+        with pytest.raises(ValueError, match=rf"{weights.FILE}: not the weights of the model in .*{config.FILE}"):
+            store.load(run)
+    (run / weights.FILE).unlink()
+    with pytest.raises(FileNotFoundError, match=rf"{weights.FILE} is not there \(yet\)"):
+        store.load(run)
 
 
 def test_a_checkpoint_cannot_run_code(tmp_path, sets):
@@ -479,8 +478,8 @@ def test_from_nothing_to_a_run(tmp_path, capsys, recipe):
     assert "training on 20 windows of 4 clips (synthetic) of 4 subjects" in said.out
     assert "windows of synthetic/2, synthetic/3" in said.out
     assert "heights on windows of synthetic/0, synthetic/1" in said.out
-    assert {file.name for file in out.iterdir()} == {config.FILE, runs.FILE, CHECKPOINT, METRICS, launch.LOCK}
-    loaded = runs.load(out)
+    assert {file.name for file in out.iterdir()} == {config.FILE, weights.FILE, CHECKPOINT, metrics.FILE, launch.LOCK}
+    loaded = store.load(out)
     assert loaded.configuration.data.sources == ("synthetic",)
     assert asdict(loaded.configuration)["data"]["windows"] == 20
     # The number that is said, measured anew.

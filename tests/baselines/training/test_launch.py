@@ -25,8 +25,7 @@ from npss_baselines.manifold.motion import prepared
 from npss_baselines.manifold.motion.prepared import motion_set
 from npss_baselines.manifold.training import config as manifold_config
 from npss_baselines.models import MODELS
-from npss_baselines.runs import config, fitting, launch
-from npss_baselines.runs import run as runs
+from npss_baselines.runs import checkpoint, config, fitting, launch, store, weights
 from npss_baselines.runs.stopping import Stop, Stopped
 from npss_baselines.training import trainer
 from registered import registered
@@ -89,7 +88,7 @@ def test_a_signal_ends_the_step_and_says_how_to_go_on(tmp_path, capsys, signalle
     how = "interrupted" if name == "SIGINT" else f"ended by {name}"
     assert said.err == (f"npss-baselines: {how}; to go on: npss-baselines train --resume --out '{out}' --device cpu\n")
     assert signal.getsignal(number) is before
-    assert torch.load(out / trainer.CHECKPOINT, weights_only=True)["global_step"] == 2
+    assert torch.load(out / config.CHECKPOINT, weights_only=True)["global_step"] == 2
     line = shlex.split(said.err.partition("to go on: ")[2])
     assert line[0] == "npss-baselines"
     assert command(*line[1:]) == 0
@@ -102,7 +101,7 @@ def test_so_does_what_a_closed_terminal_or_a_batch_system_sends(tmp_path, signal
     with pytest.raises(Stopped) as stopped:
         trained(tmp_path, configured())
     assert stopped.value.signal is number
-    assert torch.load(tmp_path / trainer.CHECKPOINT, weights_only=True)["global_step"] == 2
+    assert torch.load(tmp_path / config.CHECKPOINT, weights_only=True)["global_step"] == 2
 
 
 def test_a_second_signal_ends_it_at_once(tmp_path, signalled):
@@ -110,7 +109,7 @@ def test_a_second_signal_ends_it_at_once(tmp_path, signalled):
     with pytest.raises(Stopped) as stopped:
         trained(tmp_path, configured("--checkpoint-every", "1"))
     assert stopped.value.signal is signal.SIGTERM
-    assert torch.load(tmp_path / trainer.CHECKPOINT, weights_only=True)["global_step"] == 1
+    assert torch.load(tmp_path / config.CHECKPOINT, weights_only=True)["global_step"] == 1
 
 
 def test_a_signal_that_lightning_sees_first_is_no_success(tmp_path, monkeypatch):
@@ -190,7 +189,7 @@ def test_the_manifold_is_trained_likewise(tmp_path, capsys, monkeypatch):
     line = f"npss-baselines train manifold --resume --out {tmp_path / 'm'}"
     assert capsys.readouterr().err == f"npss-baselines: ended by SIGTERM; to go on: {line}\n"
     assert command(*shlex.split(line)[1:]) == 0
-    assert (tmp_path / "m" / runs.FILE).read_bytes() == (tmp_path / "whole" / runs.FILE).read_bytes()
+    assert (tmp_path / "m" / weights.FILE).read_bytes() == (tmp_path / "whole" / weights.FILE).read_bytes()
 
 
 # --- the environments of clusters ---
@@ -294,7 +293,7 @@ def test_two_cannot_train_into_one_folder(tmp_path, capsys):
 
 
 def test_what_a_killed_process_left_is_removed(tmp_path):
-    part = tmp_path / f".{trainer.CHECKPOINT}.0123abcd.part"
+    part = tmp_path / f".{config.CHECKPOINT}.0123abcd.part"
     part.write_bytes(b"half")
     with launch.folders_alone(tmp_path, [tmp_path], before=[]):
         assert not part.exists()
@@ -309,7 +308,7 @@ def test_a_full_disk_is_named_and_training_goes_on_once_there_is_room(tmp_path, 
         assert command("train", *said, "--out", out) == 2
     line = f"npss-baselines train --resume --out {out}"
     assert capsys.readouterr().err == (
-        f"npss-baselines: error: cannot write {out / trainer.CHECKPOINT}: File too large; to go on: {line}\n"
+        f"npss-baselines: error: cannot write {out / config.CHECKPOINT}: File too large; to go on: {line}\n"
     )
     assert {file.name for file in out.iterdir()} == {config.FILE, launch.LOCK}
     assert command(*shlex.split(line)[1:]) == 0
@@ -318,14 +317,14 @@ def test_a_full_disk_is_named_and_training_goes_on_once_there_is_room(tmp_path, 
 @pytest.mark.parametrize("share", [0, 0.1, 0.5, 0.9, 0.999])
 def test_a_checkpoint_that_was_cut_off_is_named(tmp_path, share):
     trained(tmp_path, configured("--iterations", "1"))
-    content = (tmp_path / trainer.CHECKPOINT).read_bytes()
-    (tmp_path / trainer.CHECKPOINT).write_bytes(content[: round(share * len(content))])
+    content = (tmp_path / config.CHECKPOINT).read_bytes()
+    (tmp_path / config.CHECKPOINT).write_bytes(content[: round(share * len(content))])
     with pytest.raises(ValueError, match=r"last\.ckpt: not a checkpoint, or only a part of one"):
         trained(tmp_path, configured("--iterations", "2"))
 
 
 def test_a_file_that_is_no_checkpoint_is_named(tmp_path):
-    torch.save({"state": 1}, tmp_path / trainer.CHECKPOINT)
+    torch.save({"state": 1}, tmp_path / config.CHECKPOINT)
     with pytest.raises(ValueError, match=r"last\.ckpt: not a checkpoint, .*it has no weights"):
         trained(tmp_path, configured())
 
@@ -469,13 +468,13 @@ def test_what_is_over_soon_says_nothing(tmp_path, capsys, slow):
 @pytest.mark.parametrize(("seconds", "expected"), [(7.0, [5, 10]), (20.0, [2, 10]), (310.0, list(range(1, 11)))])
 def test_the_first_checkpoint_comes_within_a_minute(tmp_path, monkeypatch, slow, seconds, expected):
     slow(seconds)
-    saved, save = [], fitting.AtomicIO.save_checkpoint
+    saved, save = [], checkpoint.AtomicIO.save_checkpoint
 
     def count(io, checkpoint, *arguments, **options):
         saved.append(checkpoint["global_step"])
         save(io, checkpoint, *arguments, **options)
 
-    monkeypatch.setattr(fitting.AtomicIO, "save_checkpoint", count)
+    monkeypatch.setattr(checkpoint.AtomicIO, "save_checkpoint", count)
     trained(tmp_path, replace(configured(), validate_every=10, checkpoint_every=10))
     assert saved == expected
 
@@ -513,9 +512,9 @@ def test_without_torch_each_command_says_what_to_install(tmp_path):
 
 def test_what_a_run_is_not(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"^reading the run .*/nowhere: there is no such folder$"):
-        runs.load(tmp_path / "nowhere")
+        store.load(tmp_path / "nowhere")
     with pytest.raises(FileNotFoundError, match=rf"^reading the run {tmp_path}: no config\.json there$"):
-        runs.load(tmp_path)
+        store.load(tmp_path)
     (tmp_path / config.FILE).write_text('{"paths": {"h36m": 1}}', encoding="utf-8")
     with pytest.raises(ValueError, match=r"config\.json: paths: expected an object of names and folders"):
         arguments.h36m_of(SimpleNamespace(h36m=None, config=None), [tmp_path])

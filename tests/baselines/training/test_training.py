@@ -29,8 +29,8 @@ from npss_baselines.data import windows
 from npss_baselines.data.tasks import h36m_tasks, synthetic_task
 from npss_baselines.evaluation.draws import evaluate_run
 from npss_baselines.models import MODELS
-from npss_baselines.runs import config, launch
-from npss_baselines.runs import run as runs
+from npss_baselines.runs import config, launch, metrics, store, weights
+from npss_baselines.runs.predictor import ModelPredictor
 from npss_baselines.training import objectives, trainer, validation
 from npss_baselines.training.rmsprop import RMSpropTF
 from trainings import RECIPE, TINY, Tiny, TinyConfig, command, configured, outcome, same, train_until_killed, trained
@@ -69,8 +69,8 @@ def test_a_run_that_is_killed_again_and_again_ends_as_if_it_had_not_been(tmp_pat
         process.start()
         process.join()
         assert process.exitcode == -signal.SIGKILL, (moment, number)
-        if (out / runs.FILE).exists():
-            runs.load(out)  # what is there is whole
+        if (out / weights.FILE).exists():
+            store.load(out)  # what is there is whole
     assert trained(out, configuration) == expected
     assert same(outcome(out), outcome(tmp_path / "whole"))
     assert trained(out, configuration) == expected  # nothing is left to do
@@ -98,7 +98,7 @@ def test_together_each_is_as_it_would_be_alone(tmp_path, optimizer):
     rows = trained_together(tmp_path / "together", several)
     for i, configuration in enumerate(several):
         assert trained(tmp_path / str(i), configuration) == rows[i]
-        for file in (runs.FILE, trainer.METRICS, config.FILE):
+        for file in (weights.FILE, metrics.FILE, config.FILE):
             assert (tmp_path / "together" / str(i) / file).read_bytes() == (tmp_path / str(i) / file).read_bytes()
 
 
@@ -119,7 +119,7 @@ def test_together_they_are_resumed(tmp_path, monkeypatch, device):
         patch.setattr(trainer.Member, "validate", fail)
         with pytest.raises(OSError, match="no space"):
             trained_together(tmp_path / "cut", several, device)
-    assert torch.load(tmp_path / "cut" / trainer.CHECKPOINT, weights_only=True)["losses"][1]["loss"].shape == (2,)
+    assert torch.load(tmp_path / "cut" / config.CHECKPOINT, weights_only=True)["losses"][1]["loss"].shape == (2,)
     with pytest.raises(ValueError, match=r"^--resume: .*last\.ckpt is of 0, 1, not of 0$"):
         trained_together(tmp_path / "cut", several[:1], device)
     resumed = trained_together(tmp_path / "cut", several, device)
@@ -129,7 +129,7 @@ def test_together_they_are_resumed(tmp_path, monkeypatch, device):
         return  # up to rounding
     assert resumed == expected
     for i in ("0", "1"):
-        for file in (runs.FILE, trainer.METRICS):
+        for file in (weights.FILE, metrics.FILE):
             assert (tmp_path / "cut" / i / file).read_bytes() == (tmp_path / "whole" / i / file).read_bytes()
 
 
@@ -197,10 +197,10 @@ def test_a_checkpoint_cannot_run_code(tmp_path):
             return (Path.touch, (tmp_path / "ran",))
 
     for content in (pickle.dumps(Hostile(), 2), b"", b"nonsense"):
-        (tmp_path / trainer.CHECKPOINT).write_bytes(content)
+        (tmp_path / config.CHECKPOINT).write_bytes(content)
         with pytest.raises(ValueError, match=r"last\.ckpt: not a checkpoint"):
             trained(tmp_path, configured())
-    torch.save({"state_dict": Hostile()}, tmp_path / trainer.CHECKPOINT)
+    torch.save({"state_dict": Hostile()}, tmp_path / config.CHECKPOINT)
     with pytest.raises(ValueError, match=r"last\.ckpt: not a checkpoint"):
         trained(tmp_path, configured())
     assert not (tmp_path / "ran").exists()
@@ -244,7 +244,7 @@ def test_training_is_the_plain_loop(tmp_path, optimizer):
     assert same(
         outcome(tmp_path)["weights"], outcome(tmp_path)["weights"] | {f"members.0.model.{k}": v for k, v in now.items()}
     )
-    for name, value in runs.load(tmp_path).model.state_dict().items():
+    for name, value in store.load(tmp_path).model.state_dict().items():
         torch.testing.assert_close(value, average[name])
     assert [row["iteration"] for row in rows] == [3, 6, 9, 10]
     assert [row["lr"] for row in rows] == [1e-2, 5e-3, 2.5e-3, 2.5e-3]
@@ -274,7 +274,7 @@ def test_training_that_diverges_says_so(tmp_path):
     configuration = configured("--recipe.lr", "1e38", "--recipe.optimizer", "sgd", "--recipe.clip_norm", "null")
     with pytest.raises(ValueError, match=r"^training of .* has diverged by iteration 3: the loss was \w+; try a lower"):
         trained(tmp_path, configuration)
-    assert not (tmp_path / runs.FILE).exists()
+    assert not (tmp_path / weights.FILE).exists()
 
 
 # --- which weights are kept ---
@@ -294,18 +294,18 @@ def test_the_weights_that_are_kept_are_the_best(tmp_path, select, average):
     }[select]
     expected = min(rows, key=of)
     assert validation.best(rows, select) is expected
-    with (tmp_path / trainer.METRICS).open(encoding="utf-8") as file:
+    with (tmp_path / metrics.FILE).open(encoding="utf-8") as file:
         assert [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)] == rows
     # Measured anew, from the files.
     (task,) = windows.synthetic_validation(2)
-    pred = runs.load(tmp_path).predictor("gait", seed=0)(task.seed_frames, 100)
+    pred = store.load(tmp_path).predictor("gait", seed=0)(task.seed_frames, 100)
     gt, pred = npss.poses_to_euler(task.target), npss.poses_to_euler(pred)
     assert expected["npss_released"] == npss.score(gt, pred, convention="released")
     assert expected["npss_paper"] == npss.score(gt, pred)
     errors = npss.euler_error(gt, pred)
     assert [expected[f"euler_{time}"] for time in SLICES_MS] == [errors[time] for time in SLICES_MS]
     assert (average is None) == ("npss_paper_not_averaged" not in expected)
-    with safe_open(tmp_path / runs.FILE, "pt") as file:
+    with safe_open(tmp_path / weights.FILE, "pt") as file:
         stated = json.loads(file.metadata()["validation"])
     assert npss.parse_signature(stated.pop("signature"))["protocol"] == "synthetic-validation-2"
     assert stated == expected
@@ -330,19 +330,19 @@ def run(tmp_path):
 def test_a_run_is_a_predictor(run):
     (task,) = windows.synthetic_validation(3)
     before = torch.get_rng_state()
-    predictor = runs.predictor_of(run, "gait", seed=5)
+    predictor = store.predictor_of(run, "gait", seed=5)
     first, second = predictor(task.seed_frames, 7), predictor(task.seed_frames, 7)
     assert torch.equal(torch.get_rng_state(), before)
     assert first.shape == (3, 7, 99)
     assert first.dtype == np.float64
     assert not np.array_equal(first, second)  # another draw
-    again = runs.predictor_of(run, "gait", seed=5)
+    again = store.predictor_of(run, "gait", seed=5)
     assert np.array_equal(again(task.seed_frames, 7), first)
     assert np.array_equal(again(task.seed_frames, 7), second)
     single = again(task.seed_frames.astype(np.float32), 1)
     assert single.dtype == np.float32
     # By hand: normalised, predicted, un-normalised; the other columns at their mean.
-    trained_run = runs.load(run)
+    trained_run = store.load(run)
     statistics, kept = trained_run.normalization, list(COLUMNS)
     seen = torch.from_numpy((task.seed_frames[..., kept] - statistics.mean[kept]) / statistics.std[kept]).float()
     with torch.random.fork_rng(), torch.no_grad():
@@ -355,7 +355,7 @@ def test_a_run_is_a_predictor(run):
 
 def test_numbers_over_draws_are_means_with_their_spread(run):
     task = synthetic_task(3)
-    predictor = runs.predictor_of(run, "gait", seed=4)
+    predictor = store.predictor_of(run, "gait", seed=4)
     single = [evaluate(run.name, predictor, task, sequences=True) for _ in range(5)]
     record = evaluate_run(run, task, draws=5, seed=4, sequences=True)
     assert (record["model"], record["action"], record["draws"]) == (run.name, "gait", 5)
@@ -378,19 +378,19 @@ def test_numbers_over_draws_are_means_with_their_spread(run):
 
 
 def test_a_predictor_leaves_the_mode_of_the_model(run):
-    model, statistics = runs.load(run).model, runs.load(run).normalization
+    model, statistics = store.load(run).model, store.load(run).normalization
     (task,) = windows.synthetic_validation(1)
     for mode in (True, False):
         model.train(mode)
-        runs.ModelPredictor(model, statistics, 0, np.random.default_rng(0))(task.seed_frames, 2)
+        ModelPredictor(model, statistics, 0, np.random.default_rng(0))(task.seed_frames, 2)
         assert model.training is mode
 
 
 def test_what_cannot_be_predicted(run):
-    predictor = runs.predictor_of(run, "gait", seed=0)
+    predictor = store.predictor_of(run, "gait", seed=0)
     seed = windows.synthetic_validation(1)[0].seed_frames
     with pytest.raises(ValueError, match=r"^action: this model was trained on gait, not on 'walking'"):
-        runs.predictor_of(run, "walking", seed=0)
+        store.predictor_of(run, "walking", seed=0)
     with pytest.raises(ValueError, match=r"^seed_frames: expected shape \(N, S, 99\), got \(50, 99\)"):
         predictor(seed[0], 3)
     with pytest.raises(ValueError, match=r"^poses: expected shape \(\.\.\., 99\)"):
@@ -403,23 +403,23 @@ def test_what_cannot_be_predicted(run):
 
 
 def test_broken_runs_are_named(run):
-    tensors = load_file(run / runs.FILE)
+    tensors = load_file(run / weights.FILE)
     wrong = [
         b"",
         b"nonsense",
-        (run / runs.FILE).read_bytes()[:-8],
+        (run / weights.FILE).read_bytes()[:-8],
         serialized({name: value for name, value in tensors.items() if name != "mean"}),
         serialized({name: value for name, value in tensors.items() if name != "model.out.bias"}),
         serialized(tensors | {"model.out.bias": torch.zeros(3)}),
         serialized(tensors | {"std": torch.ones(54)}),
     ]
     for content in wrong:
-        (run / runs.FILE).write_bytes(content)
-        with pytest.raises(ValueError, match=rf"{runs.FILE}: not the weights of the model in .*{config.FILE}"):
-            runs.load(run)
-    (run / runs.FILE).unlink()
-    with pytest.raises(FileNotFoundError, match=rf"{runs.FILE} is not there \(yet\)"):
-        runs.load(run)
+        (run / weights.FILE).write_bytes(content)
+        with pytest.raises(ValueError, match=rf"{weights.FILE}: not the weights of the model in .*{config.FILE}"):
+            store.load(run)
+    (run / weights.FILE).unlink()
+    with pytest.raises(FileNotFoundError, match=rf"{weights.FILE} is not there \(yet\)"):
+        store.load(run)
 
 
 # --- configurations ---
@@ -582,14 +582,14 @@ def test_from_training_to_a_score_without_data(tmp_path, capsys, monkeypatch, ar
     assert "the weights of iteration" in said.out
     assert "npss+euler_error|version:1|convention:released+paper|" in said.out
     assert {file.name for file in out.iterdir()} == {
-        *(config.FILE, runs.FILE, trainer.CHECKPOINT, trainer.METRICS, launch.LOCK)
+        *(config.FILE, weights.FILE, config.CHECKPOINT, metrics.FILE, launch.LOCK)
     }
     assert command("predict", out, "--out", tmp_path / "samples.h5", "--seed", 3) == 0
     capsys.readouterr()
     (pair,) = read_poses(tmp_path / "samples.h5")
     assert (pair.name, pair.pred.shape) == ("gait", (64, 100, 99))
     assert np.array_equal(pair.gt, synthetic_task().target)
-    predicted = runs.predictor_of(out, "gait", seed=3)(synthetic_task().seed_frames, 100)
+    predicted = store.predictor_of(out, "gait", seed=3)(synthetic_task().seed_frames, 100)
     assert np.array_equal(pair.pred, predicted)
 
 
@@ -600,7 +600,7 @@ def test_samples_are_read_by_those_who_read_samples(run, capsys):
         assert main(["score", str(run / name)]) == 0
         assert "The file's own Euler error curve is reproduced" in capsys.readouterr().out
     (pair,) = read_samples(run / "samples.npz")
-    record = evaluate("run", runs.predictor_of(run, "gait", seed=0), synthetic_task())
+    record = evaluate("run", store.predictor_of(run, "gait", seed=0), synthetic_task())
     assert record["npss"]["paper"] == npss.score(pair.gt, pair.pred)
 
 
@@ -610,7 +610,7 @@ def test_a_command_can_be_repeated_and_resumed(tmp_path, capsys):
     assert command("train", "tiny", *arguments, "--out", first, "--resume") == 0  # had not begun
     assert command("train", "--config", first / config.FILE, "--out", second) == 0
     assert same(outcome(first), outcome(second))
-    assert (first / runs.FILE).read_bytes() == (second / runs.FILE).read_bytes()
+    assert (first / weights.FILE).read_bytes() == (second / weights.FILE).read_bytes()
     assert command("train", "tiny", *arguments, "--out", first, "--resume") == 0
     assert command("train", "--resume", "--out", first) == 0
     assert same(outcome(first), outcome(second))
@@ -641,10 +641,10 @@ def test_a_command_trains_several_at_once(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert command("train", *said, "--seed", 1, "--out", tmp_path / "one") == 0
     names = {file.name for file in (tmp_path / "several").iterdir()} - {launch.LOCK}
-    assert names == {"seed-1", "seed-3", trainer.CHECKPOINT}
-    for name in names - {trainer.CHECKPOINT}:
-        assert f"{name}/{runs.FILE}: the weights of iteration" in printed
-    for file in (config.FILE, runs.FILE, trainer.METRICS):
+    assert names == {"seed-1", "seed-3", config.CHECKPOINT}
+    for name in names - {config.CHECKPOINT}:
+        assert f"{name}/{weights.FILE}: the weights of iteration" in printed
+    for file in (config.FILE, weights.FILE, metrics.FILE):
         assert (tmp_path / "several" / "seed-1" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
     assert command("train", *several, "--resume") == 0
     capsys.readouterr()
@@ -671,7 +671,7 @@ def test_a_model_for_each_action_is_trained(tmp_path):
     said = ["tiny", "--data", "synthetic", "--iterations", 2]
     assert command("train", *said, "--apart", "--out", tmp_path / "apart") == 0
     assert command("train", *said, "--out", tmp_path / "one") == 0
-    for file in (config.FILE, runs.FILE, trainer.METRICS):
+    for file in (config.FILE, weights.FILE, metrics.FILE):
         assert (tmp_path / "apart" / "gait" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
 
 
@@ -731,7 +731,7 @@ def test_tensorboard_logs_what_the_table_holds(tmp_path):
     assert command("train", "tiny", "--data", "synthetic", "--iterations", 2, "--out", out, "--tensorboard") == 0
     events = EventAccumulator(str(out / "tensorboard")).Reload()
     logged = [(event.step, event.value) for event in events.Scalars("npss_paper")]
-    with (out / trainer.METRICS).open(encoding="utf-8") as file:
+    with (out / metrics.FILE).open(encoding="utf-8") as file:
         rows = [(int(row["iteration"]), float(row["npss_paper"])) for row in csv.DictReader(file)]
     assert logged == [(step, pytest.approx(value, rel=1e-6)) for step, value in rows]
 
@@ -745,6 +745,6 @@ def test_real_motion(h36m_root, tmp_path, capsys):
     assert {name: pair.pred.shape for name, pair in pairs.items()} == dict.fromkeys(("eating", "walking"), (8, 100, 99))
     tasks = {task.action: task for task in h36m_tasks(h36m_root, ["eating", "walking"])}
     assert all(np.array_equal(pairs[name].gt, task.target) for name, task in tasks.items())
-    walking = runs.predictor_of(out, "walking", seed=0)(tasks["walking"].seed_frames, 100)
+    walking = store.predictor_of(out, "walking", seed=0)(tasks["walking"].seed_frames, 100)
     assert np.array_equal(pairs["walking"].pred, walking)
     assert "protocol:validation-every-25|unwrap:off|actions:eating" in capsys.readouterr().out

@@ -3,11 +3,12 @@
 import os
 import stat
 from pathlib import Path
+from typing import BinaryIO
 
 import pytest
 
 from npss.files._text import read_text
-from npss.files._write import write_atomically, write_text_atomically
+from npss.files._write import write_atomically, write_stream_atomically, write_text_atomically
 
 
 def test_replaces_the_file(tmp_path: Path) -> None:
@@ -103,3 +104,22 @@ def test_names_the_line_that_is_not_utf8(tmp_path: Path) -> None:
     path.write_bytes(b"a\nb\xff\n")
     with pytest.raises(ValueError, match="text: line 2 is not UTF-8 text"):
         read_text(path)
+
+
+def test_writes_what_is_in_the_stream(tmp_path: Path) -> None:
+    write_stream_atomically(tmp_path / "file", lambda stream: stream.write(b"all of it"))
+    assert (tmp_path / "file").read_bytes() == b"all of it"
+
+
+def test_an_error_in_the_stream_leaves_what_was_there(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(b"before")
+
+    def fail(stream: BinaryIO) -> None:
+        stream.write(b"half")
+        raise ValueError("half of it")
+
+    with pytest.raises(ValueError, match="half of it"):
+        write_stream_atomically(path, fail)
+    assert path.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [path]

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from npss.console import Progress
-from npss.files import doing, write_atomically
+from npss.files import doing, parse_json, write_stream_atomically
 from npss.skeleton import Skeleton
 from npss.validation import each
 from npss_baselines.data.cmu import cmu_clips, styles_clips
@@ -280,12 +280,8 @@ def save(path: Path, motion: MotionSet) -> None:
         The set.
     """
     header = json.dumps({"version": VERSION, "clips": [asdict(clip) for clip in motion.clips]})
-
-    def write(part: Path) -> None:
-        with part.open("wb") as file:
-            np.savez(file, header=np.array(header), features=np.concatenate(motion.features))
-
-    write_atomically(path, write)
+    features = np.concatenate(motion.features)
+    write_stream_atomically(path, lambda stream: np.savez(stream, header=np.array(header), features=features))
 
 
 def load(path: Path) -> MotionSet:
@@ -310,7 +306,7 @@ def load(path: Path) -> MotionSet:
     """
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            header, rows = json.loads(file["header"].item()), file["features"]
+            header, rows = parse_json(file["header"].item()), file["features"]
         if header["version"] != VERSION:
             raise ValueError(f"version {header['version']}, not {VERSION}")
         clips = [ClipInfo(**clip) for clip in header["clips"]]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import math
 from collections.abc import Iterator, Sequence
@@ -14,7 +13,6 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from npss.files import write_atomically
 from npss_baselines.manifold.model.autoencoder import Autoencoder, TiedLayer
 from npss_baselines.manifold.model.initialization import start
 from npss_baselines.manifold.model.per_window_sgd import OneWindow
@@ -22,10 +20,10 @@ from npss_baselines.manifold.motion.features import local_positions
 from npss_baselines.manifold.motion.measures import joint_error
 from npss_baselines.manifold.motion.normalization import normalization
 from npss_baselines.manifold.motion.prepared import MotionSet
-from npss_baselines.manifold.training import run as runs
+from npss_baselines.manifold.training import store
 from npss_baselines.manifold.training.config import Configuration, Phase
-from npss_baselines.runs.fitting import Resumable, fit
-from npss_baselines.training.member import METRICS
+from npss_baselines.runs import metrics
+from npss_baselines.runs.fitting import Resumable, fit, torch_seed
 
 #: Numbers by name, and the name of the phase: what is measured after an epoch.
 Row = dict[str, Any]
@@ -194,8 +192,7 @@ class Training(Resumable):
         if place.phase != self._phase:
             self._begin(place.phase)
         number = place.epoch * self.schedule.chunks[place.phase] + place.chunk
-        entropy = np.random.SeedSequence([self.configuration.seed, place.phase, number, 1])  # without the 1, the order
-        torch.manual_seed(int(entropy.generate_state(1, np.uint64)[0]))
+        torch.manual_seed(torch_seed(self.configuration.seed, place.phase, number))
         optimizers = self.optimizers()
         counted = optimizers[place.phase] if isinstance(optimizers, list) else optimizers
         optimizer = counted.optimizer
@@ -305,11 +302,9 @@ class Training(Resumable):
         self.losses = []
         self.rows.append(row)
         if done.phase == len(self.phases) - 1 and row is best(self.rows, self.configuration.select):
-            runs.save(self.out, self.configuration, self.network, self.normalization, row)
-        write_atomically(self.out / METRICS, self._write_rows)
-        if self.logger is not None:
-            numbers = {name: value for name, value in row.items() if not isinstance(value, str)}
-            self.logger.log_metrics(numbers, step=self.global_step)
+            store.save(self.out, self.network, self.normalization, row)
+        metrics.write(self.out, self.rows)
+        self.log_row(row)
 
     def _error(self, depth: int) -> float:
         """Return the mean error of the joints on the validation windows, in heights, by so many layers."""
@@ -319,12 +314,6 @@ class Training(Resumable):
         motion = self.validation_set
         projected = local_positions(self.normalization.unnormalize(seen))
         return joint_error(local_positions(motion.windows), projected, motion.mask)
-
-    def _write_rows(self, path: Path) -> None:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, list(self.rows[0]))
-            writer.writeheader()
-            writer.writerows(self.rows)
 
 
 def _diverged(phase: Phase, place: Place, sign: str) -> ValueError:

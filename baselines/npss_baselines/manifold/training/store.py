@@ -1,0 +1,76 @@
+"""Trained manifolds: the runs that hold them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from npss_baselines.manifold.model.autoencoder import Autoencoder
+from npss_baselines.manifold.model.projector import Manifold
+from npss_baselines.manifold.motion.normalization import Normalization
+from npss_baselines.manifold.training import config
+from npss_baselines.manifold.training.config import Configuration
+from npss_baselines.runs import weights
+from npss_baselines.runs.config import of_run
+
+_PART = "network"  # of the file of weights
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A manifold, and how it has come about.
+
+    Attributes
+    ----------
+    configuration : Configuration
+        What it is, and what it was trained on.
+    projector : Manifold
+        On the CPU.
+    measured : dict
+        What was measured when it was kept: see `npss_baselines.manifold.training.loop.train`.
+    """
+
+    configuration: Configuration
+    projector: Manifold
+    measured: dict[str, Any]
+
+
+def save(
+    folder: Path,
+    network: Autoencoder,
+    normalization: Normalization,
+    measured: dict[str, Any],
+) -> None:
+    """Write the weights, the statistics by which the network sees features and, in the header, what it is worth."""
+    statistics = {"mean": normalization.mean, "scale": normalization.scale}
+    weights.save(folder, _PART, network, statistics, measured)
+
+
+def load(path: Path) -> Run:
+    """Read a run; nothing in its files can run code.
+
+    Parameters
+    ----------
+    path : Path
+        The folder of the run. It may still be in training: in its last phase, the model is the best one so far.
+
+    Returns
+    -------
+    Run
+        On the CPU, in evaluation mode.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        If a file is missing, is broken or does not fit the other: names it.
+    """
+    configuration = config.read(of_run(path))
+    with torch.random.fork_rng(devices=[]):  # the weights are drawn, and then replaced
+        network = Autoencoder(configuration.model)
+    shapes = dict.fromkeys(("mean", "scale"), (configuration.model.n_features,))
+    stored = weights.load(path, _PART, network, shapes, configuration, "in its last phase, after each epoch")
+    signature = f"manifold-{stored.digest[:12]}"
+    return Run(configuration, Manifold(network.eval(), Normalization(**stored.statistics), signature), stored.measured)
