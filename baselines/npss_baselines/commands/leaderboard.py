@@ -75,9 +75,9 @@ def submit(models: list[str], tasks: list[Task], *, max_size: float = MAX_SIZE) 
         if model in PREDICTORS:
             found[name] = {task.action: _predicted(PREDICTORS[model], task) for task in tasks}
         elif is_run(model):
-            from npss_baselines.runs import store  # imports torch, which predictors do not need
+            from npss_baselines.runs import folder  # imports torch, which predictors do not need
 
-            trained = store.load(Path(model))
+            trained = folder.load(Path(model))
             found[name] = {
                 task.action: _predicted(trained.predictor(task.action, seed=0), task)
                 for task in tasks
@@ -97,7 +97,7 @@ def _register_g(manifold: Path) -> None:
     """Make the distance G by the manifold in that folder a metric."""
     # They import torch, which predictors do not need.
     from npss_baselines.manifold.applications.distance import metric_of
-    from npss_baselines.manifold.training.store import load
+    from npss_baselines.manifold.training.folder import load
 
     metrics.register(metric_of(load(manifold).projector), replace=True)
 

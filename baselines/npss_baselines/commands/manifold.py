@@ -186,7 +186,7 @@ def _bench(options: argparse.Namespace) -> Bench:
     """Load the runs, and the motion."""
     from npss_baselines.manifold.evaluation.testbed import TAKEN, Bench
     from npss_baselines.manifold.motion.prepared import motion_set
-    from npss_baselines.manifold.training.store import load
+    from npss_baselines.manifold.training.folder import load
 
     runs = {"manifold": options.runs[0]} if len(options.runs) == 1 else names_of_paths(options.runs, taken=TAKEN)
     manifolds = {name: load(run).projector for name, run in runs.items()}

@@ -40,9 +40,9 @@ def run(options: argparse.Namespace) -> None:
         raise ValueError(f"--out: expected a .h5 or .npz file, got {options.out}")
     check_output(options.out)
 
-    from npss_baselines.runs import store  # torch and the like: the other commands need none of it
+    from npss_baselines.runs import folder  # torch and the like: the other commands need none of it
 
-    trained = store.load(options.folder)
+    trained = folder.load(options.folder)
     of = trained.configuration
     options.synthetic = options.synthetic or (of.data == "synthetic" and not options.actions)
     options.actions = options.actions or (None if options.synthetic else of.actions)

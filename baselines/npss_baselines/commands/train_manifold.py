@@ -16,7 +16,7 @@ from npss_baselines.manifold.motion.features import local_positions
 from npss_baselines.manifold.motion.measures import joint_error
 from npss_baselines.manifold.motion.prepared import MotionSet, motion_set
 from npss_baselines.manifold.motion.split import split, subjects_of
-from npss_baselines.manifold.training import config, store
+from npss_baselines.manifold.training import config, folder
 from npss_baselines.manifold.training import loop as training
 from npss_baselines.manifold.training.config import FILE, Configuration
 from npss_baselines.manifold.training.recipe import RECIPES
@@ -74,7 +74,7 @@ def run(arguments: Sequence[str]) -> None:
         f"{kept['error']:.4f} heights on validation windows"
     )
     if test_set is not None:
-        projector = store.load(options.out).projector
+        projector = folder.load(options.out).projector
         error = error_of(projector, test_set)
         print(f"mean joint error {error:.4f} heights on windows of {', '.join(subjects_of(test_set))}")
         print(f"    {projector.signature}")

@@ -13,7 +13,7 @@ from npss.records import NUMBERS, Record
 from npss.validation import Seed, positive_integer
 from npss_baselines.data.tasks import Task
 from npss_baselines.evaluation.evaluate import evaluate
-from npss_baselines.runs import store
+from npss_baselines.runs import folder
 
 
 def evaluate_run(
@@ -57,7 +57,7 @@ def evaluate_run(
         If the run is broken, or was not trained on the action.
     """
     positive_integer("draws", draws)
-    predictor = store.predictor_of(path, task.action, seed=seed)
+    predictor = folder.predictor_of(path, task.action, seed=seed)
     called = path.resolve().name if name is None else name
     records = []
     for done in range(1, draws + 1):

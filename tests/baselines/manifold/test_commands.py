@@ -23,7 +23,7 @@ from npss_baselines.manifold.motion.normalization import normalization
 from npss_baselines.manifold.motion.prepared import motion_set
 from npss_baselines.manifold.show import figures as gallery
 from npss_baselines.manifold.show import pictures
-from npss_baselines.manifold.training import store
+from npss_baselines.manifold.training import folder
 from npss_baselines.manifold.training.config import FILE, defaults, write
 
 
@@ -102,14 +102,14 @@ class TestPictures:
 
 @pytest.fixture(scope="module")
 def run(motions, tmp_path_factory):
-    """The folder of a run that nothing was trained in."""
-    folder = tmp_path_factory.mktemp("runs") / "untrained"
-    folder.mkdir()
+    """A run in which nothing was trained."""
+    run = tmp_path_factory.mktemp("runs") / "untrained"
+    run.mkdir()
     manifold = manifold_of(motions)
     configuration = replace(defaults(), model=manifold.network.config)
-    write(folder / FILE, configuration, "cpu")
-    store.save(folder, configuration, manifold.network, manifold.normalization, {})
-    return folder
+    write(run / FILE, configuration, "cpu")
+    folder.save(run, configuration, manifold.network, manifold.normalization, {})
+    return run
 
 
 def test_pictures_are_drawn_whatever_the_settings_and_the_names():
@@ -181,8 +181,8 @@ class TestCommands:
 
     def test_a_run_takes_no_row_of_another_method_or_run(self, run, tmp_path, monkeypatch):
         folders = [tmp_path / name for name in ("linear", "pca-best", "a/seed-0", "b/seed-0")]
-        for folder in folders:
-            shutil.copytree(run, folder)
+        for copy in folders:
+            shutil.copytree(run, copy)
         seen = []
         monkeypatch.setattr(table, "records_of", lambda bench: seen.append(bench) or [])
         monkeypatch.setattr(table, "text", lambda records, **_: "")

@@ -16,7 +16,7 @@ from npss_baselines.data.tasks import synthetic_task
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
 from npss_baselines.manifold.motion.normalization import normalization
 from npss_baselines.manifold.motion.prepared import motion_set, prepare
-from npss_baselines.manifold.training import store
+from npss_baselines.manifold.training import folder
 from npss_baselines.manifold.training.config import FILE, defaults, write
 
 MODELS = ["zero-velocity", "repeat-50"]
@@ -28,11 +28,11 @@ def manifold(tmp_path_factory):
     torch.manual_seed(0)
     motions = motion_set(quick=True)
     configuration = replace(defaults(), model=AutoencoderConfig(widths=(12, 10), kernel=5))
-    folder = tmp_path_factory.mktemp("manifold")
-    write(folder / FILE, configuration, "cpu")
+    run = tmp_path_factory.mktemp("manifold")
+    write(run / FILE, configuration, "cpu")
     statistics = normalization(motions.windows, motions.mask, "kind")
-    store.save(folder, configuration, Autoencoder(configuration.model), statistics, {})
-    return folder
+    folder.save(run, configuration, Autoencoder(configuration.model), statistics, {})
+    return run
 
 
 def test_g_of_each_model_is_that_of_its_codes(manifold):
@@ -40,7 +40,7 @@ def test_g_of_each_model_is_that_of_its_codes(manifold):
     submissions = submit(MODELS, [task])
     records = records_of(submissions, protocol=task.protocol)
     add_g(records, submissions, manifold)
-    projector = store.load(manifold).projector
+    projector = folder.load(manifold).projector
     for record in records:
         codes = []
         for poses in (task.target, submissions[record["model"]]["gait"].pred):

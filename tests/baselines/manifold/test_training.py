@@ -23,7 +23,7 @@ from npss_baselines.manifold.model.per_window_sgd import OneWindow
 from npss_baselines.manifold.motion.features import local_positions
 from npss_baselines.manifold.motion.prepared import TEST_SUBJECTS, MotionSet, prepare
 from npss_baselines.manifold.motion.split import VALIDATION_SUBJECTS, split
-from npss_baselines.manifold.training import config, store
+from npss_baselines.manifold.training import config, folder
 from npss_baselines.manifold.training import loop as training
 from npss_baselines.manifold.training.recipe import PAPER, RECIPES, Stage
 from npss_baselines.runs import launch, metrics, weights
@@ -213,7 +213,7 @@ def test_training_is_the_plain_loop(sets, tmp_path):
     for name, value in outcome(tmp_path)["weights"].items():
         torch.testing.assert_close(value, network.state_dict()[name.removeprefix("network.")], rtol=1e-4, atol=1e-5)
     # The error, measured anew from the file.
-    projected = store.load(tmp_path).projector.project(validation_set.windows)
+    projected = folder.load(tmp_path).projector.project(validation_set.windows)
     distances = np.linalg.norm(local_positions(projected) - local_positions(validation_set.windows), axis=-1)
     assert rows[-1]["error"] == pytest.approx(distances[validation_set.mask].mean(), rel=1e-5)
     with (tmp_path / metrics.FILE).open(encoding="utf-8") as file:
@@ -237,7 +237,7 @@ def test_a_run_that_is_killed_again_and_again_ends_as_if_it_had_not_been(tmp_pat
         process.join()
         assert process.exitcode == -signal.SIGKILL, (moment, number)
         if (out / weights.FILE).exists():
-            store.load(out)  # what is there is whole
+            folder.load(out)  # what is there is whole
     assert (out / weights.FILE).exists()
     assert trained(out, configuration, sets) == expected
     assert same(outcome(out), outcome(tmp_path / "whole"))
@@ -252,7 +252,7 @@ def test_which_weights_are_kept(tmp_path, sets, monkeypatch):
         rows = trained(tmp_path / select, configured(select=select), sets)
         kept = training.best(rows, select)
         assert (kept["phase"], kept["epoch"]) == ("whole", epoch)
-        assert store.load(tmp_path / select).measured == kept
+        assert folder.load(tmp_path / select).measured == kept
     first, second = (load_file(tmp_path / select / weights.FILE) for select in ("best", "last"))
     assert not same(first, second)
     last = outcome(tmp_path / "last")["weights"]
@@ -264,7 +264,7 @@ def test_stages_without_epochs_are_left_out(tmp_path, sets):
     assert {row["phase"] for row in rows} == {"whole"}
     rows = trained(tmp_path / "layers", configured(whole=Stage(epochs=0)), sets)
     assert [row["phase"] for row in rows] == ["layer 1"] * 2 + ["layer 2"] * 2
-    assert store.load(tmp_path / "layers").measured["phase"] == "layer 2"
+    assert folder.load(tmp_path / "layers").measured["phase"] == "layer 2"
     with pytest.raises(ValueError, match=r"^whole: no stage has an epoch"):
         configured(layers=Stage(epochs=0), whole=Stage(epochs=0))
 
@@ -311,22 +311,22 @@ def run(tmp_path, sets):
 
 
 def test_the_signature_is_of_weights_and_of_how_they_came_about(run):
-    loaded = store.load(run)
+    loaded = folder.load(run)
     signature = loaded.projector.signature
     assert signature.startswith("manifold-")
-    assert store.load(run).projector.signature == signature
+    assert folder.load(run).projector.signature == signature
     statistics, network = loaded.projector.normalization, loaded.projector.network
     signatures = {signature}
     for changed in ({"seed": 1}, {"data": config.Data(("cmu",), 1, 2, "ab")}, {"whole": Stage(epochs=2)}):
         other = replace(loaded.configuration, **changed)
         config.write(run / config.FILE, other, "cpu")
-        signatures.add(store.load(run).projector.signature)
+        signatures.add(folder.load(run).projector.signature)
     config.write(run / config.FILE, loaded.configuration, "cuda")
-    assert store.load(run).projector.signature == signature
+    assert folder.load(run).projector.signature == signature
     with torch.no_grad():
         network.first()[0].bias[0] += 1e-6
-    store.save(run, loaded.configuration, network, statistics, loaded.measured)
-    signatures.add(store.load(run).projector.signature)
+    folder.save(run, loaded.configuration, network, statistics, loaded.measured)
+    signatures.add(folder.load(run).projector.signature)
     assert len(signatures) == 5
 
 
@@ -348,10 +348,10 @@ def test_broken_runs_are_named(run):
     ):
         (run / weights.FILE).write_bytes(wrong)
         with pytest.raises(ValueError, match=rf"{weights.FILE}: not the weights of the model in .*{config.FILE}"):
-            store.load(run)
+            folder.load(run)
     (run / weights.FILE).unlink()
     with pytest.raises(FileNotFoundError, match=rf"{weights.FILE} is not there \(yet\)"):
-        store.load(run)
+        folder.load(run)
 
 
 def test_a_checkpoint_cannot_run_code(tmp_path, sets):
@@ -479,7 +479,7 @@ def test_from_nothing_to_a_run(tmp_path, capsys, recipe):
     assert "windows of synthetic/2, synthetic/3" in said.out
     assert "heights on windows of synthetic/0, synthetic/1" in said.out
     assert {file.name for file in out.iterdir()} == {config.FILE, weights.FILE, CHECKPOINT, metrics.FILE, launch.LOCK}
-    loaded = store.load(out)
+    loaded = folder.load(out)
     assert loaded.configuration.data.sources == ("synthetic",)
     assert asdict(loaded.configuration)["data"]["windows"] == 20
     # The number that is said, measured anew.

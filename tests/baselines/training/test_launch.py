@@ -25,7 +25,7 @@ from npss_baselines.manifold.motion import prepared
 from npss_baselines.manifold.motion.prepared import motion_set
 from npss_baselines.manifold.training import config as manifold_config
 from npss_baselines.models import MODELS
-from npss_baselines.runs import checkpoint, config, fitting, launch, store, weights
+from npss_baselines.runs import checkpoint, config, fitting, folder, launch, weights
 from npss_baselines.runs.stopping import Stop, Stopped
 from npss_baselines.training import trainer
 from registered import registered
@@ -389,8 +389,8 @@ def test_several_runs_go_on_by_the_whole_command(tmp_path, capsys, signalled):
 
 def test_a_manifold_knows_its_motion(tmp_path, capsys, monkeypatch):
     asked, cmu, h36m = [], tmp_path / "cmu", tmp_path / "h36m"
-    for folder in (cmu, h36m):
-        folder.mkdir()
+    for root in (cmu, h36m):
+        root.mkdir()
     walks = motion_set(quick=True)
 
     def motion(**roots):
@@ -512,9 +512,9 @@ def test_without_torch_each_command_says_what_to_install(tmp_path):
 
 def test_what_a_run_is_not(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"^reading the run .*/nowhere: there is no such folder$"):
-        store.load(tmp_path / "nowhere")
+        folder.load(tmp_path / "nowhere")
     with pytest.raises(FileNotFoundError, match=rf"^reading the run {tmp_path}: no config\.json there$"):
-        store.load(tmp_path)
+        folder.load(tmp_path)
     (tmp_path / config.FILE).write_text('{"paths": {"h36m": 1}}', encoding="utf-8")
     with pytest.raises(ValueError, match=r"config\.json: paths: expected an object of names and folders"):
         arguments.h36m_of(SimpleNamespace(h36m=None, config=None), [tmp_path])

@@ -29,7 +29,7 @@ from npss_baselines.data import windows
 from npss_baselines.data.tasks import h36m_tasks, synthetic_task
 from npss_baselines.evaluation.draws import evaluate_run
 from npss_baselines.models import MODELS
-from npss_baselines.runs import config, launch, metrics, store, weights
+from npss_baselines.runs import config, folder, launch, metrics, weights
 from npss_baselines.runs.predictor import ModelPredictor
 from npss_baselines.training import objectives, trainer, validation
 from npss_baselines.training.rmsprop import RMSpropTF
@@ -70,7 +70,7 @@ def test_a_run_that_is_killed_again_and_again_ends_as_if_it_had_not_been(tmp_pat
         process.join()
         assert process.exitcode == -signal.SIGKILL, (moment, number)
         if (out / weights.FILE).exists():
-            store.load(out)  # what is there is whole
+            folder.load(out)  # what is there is whole
     assert trained(out, configuration) == expected
     assert same(outcome(out), outcome(tmp_path / "whole"))
     assert trained(out, configuration) == expected  # nothing is left to do
@@ -244,7 +244,7 @@ def test_training_is_the_plain_loop(tmp_path, optimizer):
     assert same(
         outcome(tmp_path)["weights"], outcome(tmp_path)["weights"] | {f"members.0.model.{k}": v for k, v in now.items()}
     )
-    for name, value in store.load(tmp_path).model.state_dict().items():
+    for name, value in folder.load(tmp_path).model.state_dict().items():
         torch.testing.assert_close(value, average[name])
     assert [row["iteration"] for row in rows] == [3, 6, 9, 10]
     assert [row["lr"] for row in rows] == [1e-2, 5e-3, 2.5e-3, 2.5e-3]
@@ -298,7 +298,7 @@ def test_the_weights_that_are_kept_are_the_best(tmp_path, select, average):
         assert [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)] == rows
     # Measured anew, from the files.
     (task,) = windows.synthetic_validation(2)
-    pred = store.load(tmp_path).predictor("gait", seed=0)(task.seed_frames, 100)
+    pred = folder.load(tmp_path).predictor("gait", seed=0)(task.seed_frames, 100)
     gt, pred = npss.poses_to_euler(task.target), npss.poses_to_euler(pred)
     assert expected["npss_released"] == npss.score(gt, pred, convention="released")
     assert expected["npss_paper"] == npss.score(gt, pred)
@@ -330,19 +330,19 @@ def run(tmp_path):
 def test_a_run_is_a_predictor(run):
     (task,) = windows.synthetic_validation(3)
     before = torch.get_rng_state()
-    predictor = store.predictor_of(run, "gait", seed=5)
+    predictor = folder.predictor_of(run, "gait", seed=5)
     first, second = predictor(task.seed_frames, 7), predictor(task.seed_frames, 7)
     assert torch.equal(torch.get_rng_state(), before)
     assert first.shape == (3, 7, 99)
     assert first.dtype == np.float64
     assert not np.array_equal(first, second)  # another draw
-    again = store.predictor_of(run, "gait", seed=5)
+    again = folder.predictor_of(run, "gait", seed=5)
     assert np.array_equal(again(task.seed_frames, 7), first)
     assert np.array_equal(again(task.seed_frames, 7), second)
     single = again(task.seed_frames.astype(np.float32), 1)
     assert single.dtype == np.float32
     # By hand: normalised, predicted, un-normalised; the other columns at their mean.
-    trained_run = store.load(run)
+    trained_run = folder.load(run)
     statistics, kept = trained_run.normalization, list(COLUMNS)
     seen = torch.from_numpy((task.seed_frames[..., kept] - statistics.mean[kept]) / statistics.std[kept]).float()
     with torch.random.fork_rng(), torch.no_grad():
@@ -355,7 +355,7 @@ def test_a_run_is_a_predictor(run):
 
 def test_numbers_over_draws_are_means_with_their_spread(run):
     task = synthetic_task(3)
-    predictor = store.predictor_of(run, "gait", seed=4)
+    predictor = folder.predictor_of(run, "gait", seed=4)
     single = [evaluate(run.name, predictor, task, sequences=True) for _ in range(5)]
     record = evaluate_run(run, task, draws=5, seed=4, sequences=True)
     assert (record["model"], record["action"], record["draws"]) == (run.name, "gait", 5)
@@ -378,7 +378,7 @@ def test_numbers_over_draws_are_means_with_their_spread(run):
 
 
 def test_a_predictor_leaves_the_mode_of_the_model(run):
-    model, statistics = store.load(run).model, store.load(run).normalization
+    model, statistics = folder.load(run).model, folder.load(run).normalization
     (task,) = windows.synthetic_validation(1)
     for mode in (True, False):
         model.train(mode)
@@ -387,10 +387,10 @@ def test_a_predictor_leaves_the_mode_of_the_model(run):
 
 
 def test_what_cannot_be_predicted(run):
-    predictor = store.predictor_of(run, "gait", seed=0)
+    predictor = folder.predictor_of(run, "gait", seed=0)
     seed = windows.synthetic_validation(1)[0].seed_frames
     with pytest.raises(ValueError, match=r"^action: this model was trained on gait, not on 'walking'"):
-        store.predictor_of(run, "walking", seed=0)
+        folder.predictor_of(run, "walking", seed=0)
     with pytest.raises(ValueError, match=r"^seed_frames: expected shape \(N, S, 99\), got \(50, 99\)"):
         predictor(seed[0], 3)
     with pytest.raises(ValueError, match=r"^poses: expected shape \(\.\.\., 99\)"):
@@ -416,10 +416,10 @@ def test_broken_runs_are_named(run):
     for content in wrong:
         (run / weights.FILE).write_bytes(content)
         with pytest.raises(ValueError, match=rf"{weights.FILE}: not the weights of the model in .*{config.FILE}"):
-            store.load(run)
+            folder.load(run)
     (run / weights.FILE).unlink()
     with pytest.raises(FileNotFoundError, match=rf"{weights.FILE} is not there \(yet\)"):
-        store.load(run)
+        folder.load(run)
 
 
 # --- configurations ---
@@ -589,7 +589,7 @@ def test_from_training_to_a_score_without_data(tmp_path, capsys, monkeypatch, ar
     (pair,) = read_poses(tmp_path / "samples.h5")
     assert (pair.name, pair.pred.shape) == ("gait", (64, 100, 99))
     assert np.array_equal(pair.gt, synthetic_task().target)
-    predicted = store.predictor_of(out, "gait", seed=3)(synthetic_task().seed_frames, 100)
+    predicted = folder.predictor_of(out, "gait", seed=3)(synthetic_task().seed_frames, 100)
     assert np.array_equal(pair.pred, predicted)
 
 
@@ -600,7 +600,7 @@ def test_samples_are_read_by_those_who_read_samples(run, capsys):
         assert main(["score", str(run / name)]) == 0
         assert "The file's own Euler error curve is reproduced" in capsys.readouterr().out
     (pair,) = read_samples(run / "samples.npz")
-    record = evaluate("run", store.predictor_of(run, "gait", seed=0), synthetic_task())
+    record = evaluate("run", folder.predictor_of(run, "gait", seed=0), synthetic_task())
     assert record["npss"]["paper"] == npss.score(pair.gt, pair.pred)
 
 
@@ -745,6 +745,6 @@ def test_real_motion(h36m_root, tmp_path, capsys):
     assert {name: pair.pred.shape for name, pair in pairs.items()} == dict.fromkeys(("eating", "walking"), (8, 100, 99))
     tasks = {task.action: task for task in h36m_tasks(h36m_root, ["eating", "walking"])}
     assert all(np.array_equal(pairs[name].gt, task.target) for name, task in tasks.items())
-    walking = store.predictor_of(out, "walking", seed=0)(tasks["walking"].seed_frames, 100)
+    walking = folder.predictor_of(out, "walking", seed=0)(tasks["walking"].seed_frames, 100)
     assert np.array_equal(pairs["walking"].pred, walking)
     assert "protocol:validation-every-25|unwrap:off|actions:eating" in capsys.readouterr().out

@@ -20,7 +20,7 @@ from npss_baselines.manifold.motion.features import local_positions
 from npss_baselines.manifold.motion.measures import joint_error
 from npss_baselines.manifold.motion.normalization import normalization
 from npss_baselines.manifold.motion.prepared import MotionSet
-from npss_baselines.manifold.training import store
+from npss_baselines.manifold.training import folder
 from npss_baselines.manifold.training.config import Configuration, Phase
 from npss_baselines.runs import metrics
 from npss_baselines.runs.fitting import Resumable, fit, torch_seed
@@ -302,7 +302,7 @@ class Training(Resumable):
         self.losses = []
         self.rows.append(row)
         if done.phase == len(self.phases) - 1 and row is best(self.rows, self.configuration.select):
-            store.save(self.out, self.network, self.normalization, row)
+            folder.save(self.out, self.network, self.normalization, row)
         metrics.write(self.out, self.rows)
         self.log_row(row)
 

@@ -1,4 +1,4 @@
-"""Trained manifolds: the runs that hold them."""
+"""Run folders of the manifold: a projector with all that it takes, written and read."""
 
 from __future__ import annotations
 

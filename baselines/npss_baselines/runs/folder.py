@@ -1,4 +1,4 @@
-"""Trained models: the runs that hold them."""
+"""Run folders: a model with all that it takes to predict, written and read."""
 
 from __future__ import annotations
 
