@@ -1,12 +1,17 @@
-"""Backpropagation through time by hand, for the cells of `npss_baselines.models.cells`: what makes VTLN train fast.
+"""Backpropagation through time by hand, for the Body RNN: less than two thirds of the time that autograd takes.
 
-The same arithmetic as autograd's step by step, in few, large products:
+Forwards, few and large products, which autograd could have, too:
 
 - an open loop and a closed one, which share what was read before, are one batch from there on;
-- what the guides contribute is one product for all steps, and serves both loops;
-- the gradient of a weight is one product at the end, over the rows of all steps.
+- what the guides contribute is one product for all steps, and serves both loops.
 
+Backwards, what autograd does not do. It adds up the gradient of a weight step by step, a product and a sum over all of
+the weight at each of 150 steps; here a step writes the gradients of its sums into its row of a matrix, and the gradient
+of a weight is one product at the end, over the rows of all steps. Nor does it keep what lies side by side together:
+here a step's inputs and gates are neighbours in one row (`npss_baselines.models._rows`), and no copy joins them.
 Gradients flow back through what is fed back: the decoder, the derivatives and dropout.
+
+`benchmarks/test_training_speed.py` measures it against autograd, and the tests compare every entry of its Jacobian.
 """
 
 from __future__ import annotations
@@ -17,39 +22,8 @@ import torch
 from torch import Tensor, nn
 from torch.autograd.function import once_differentiable
 
-from npss_baselines.models._rows import Columns, advance, borrow, give_back, retreat, weight_gradients
+from npss_baselines.models._rows import Columns, advance, retreat, weight_gradients
 from npss_baselines.models.cells import Blocks
-
-
-class _States(torch.autograd.Function):
-    """The states of a cell whose input never changes, the last one first."""
-
-    @staticmethod
-    def forward(ctx: Any, plan: Tensor, h: Tensor, gates: Tensor, candidate: Tensor, n: int) -> Tensor:
-        (B, H), at = h.shape, Columns(h.shape[1], 0, 2)
-        rows, states = borrow("top_rows", h, n, B, at.h.stop), h.new_empty(n, B, H)
-        rows[:, :, at.planned] = plan
-        for t in range(n):
-            rows[t, :, at.h] = h
-            h = states[n - 1 - t]
-            advance(rows[t], h, gates, candidate, at)
-        ctx.save_for_backward(rows, gates, candidate)
-        return states
-
-    @staticmethod
-    @once_differentiable
-    def backward(ctx: Any, grad: Tensor) -> tuple[Tensor | None, ...]:
-        rows, gates, candidate = ctx.saved_tensors
-        (n, B, H), at = grad.shape, Columns(grad.shape[2], 0, 2)
-        d = borrow("top_d", rows, n, B, at.rh.stop)
-        gates_t, candidate_t = gates.t().contiguous(), candidate.t().contiguous()
-        dh = rows.new_zeros(B, H)
-        for t in reversed(range(n)):
-            dh = retreat(dh + grad[n - 1 - t], rows[t], d[t], gates_t, candidate_t, at)
-        d_gates, d_candidate = weight_gradients(rows.flatten(0, 1), d.flatten(0, 1), at)
-        d_plan = d[:, :, at.planned].sum(0)
-        give_back(top_rows=rows, top_d=d)
-        return d_plan, dh, d_gates, d_candidate, None
 
 
 class Loop(NamedTuple):
@@ -129,9 +103,9 @@ class _Predictions(torch.autograd.Function):
         (P, H), D = decoder.shape, features.shape[2]
         B, steps, at = loop.batch, loop.rows(), Columns(H, D, gates.shape[1] // H)
         read = loop.spread(features)
-        rows, hidden = borrow("rows", read, len(read), at.h.stop), borrow("hidden", read, len(read), H)
-        poses, plan = read.new_empty(len(read), P), borrow("plan", read, len(features), B, 3 * H)
-        torch.addmm(guide_bias, guides.flatten(0, 1), guide, out=plan.flatten(0, 1))
+        rows, hidden = read.new_empty(len(read), at.h.stop), read.new_empty(len(read), H)
+        poses = read.new_empty(len(read), P)
+        plan = torch.addmm(guide_bias, guides.flatten(0, 1), guide).view(len(features), B, 3 * H)
         rows[:B, at.h].zero_()
         past: dict[int, Tensor] = {}  # what the closed loop takes differences from, by step
         decoder_t = decoder.t().contiguous()
@@ -162,7 +136,6 @@ class _Predictions(torch.autograd.Function):
             torch.addmm(decoder_bias, out, decoder_t, out=pose)
             if loop.residual:
                 pose += x[:, :P]
-        give_back(plan=plan)
         ctx.loop = loop
         ctx.save_for_backward(rows, hidden, factors, guides, guide, gates, candidate, decoder)
         return poses
@@ -175,7 +148,7 @@ class _Predictions(torch.autograd.Function):
         (P, H), B, steps = decoder.shape, loop.batch, loop.rows()
         n_gates, D = gates.shape[1] // H, len(gates) - H
         at = Columns(H, D, n_gates)
-        d, d_poses = borrow("d", rows, len(rows), at.rh.stop), grad.clone()
+        d, d_poses = rows.new_empty(len(rows), at.rh.stop), grad.clone()
         gates_x, gates_h = torch.split(gates, [D, H])
         candidate_h, candidate_x = torch.split(candidate, [len(candidate) - D, D])
         gates_t, candidate_t = gates_h.t().contiguous(), candidate_h.t().contiguous()
@@ -207,12 +180,11 @@ class _Predictions(torch.autograd.Function):
         d_gates, d_candidate = weight_gradients(rows, d, at)
         d_candidate_bias = d[:, at.c].sum(0) if n_gates == 3 else None
         d_decoder, d_decoder_bias = d_poses.t() @ hidden, d_poses.sum(0)
-        d_plan = borrow("plan", rows, len(guides), B, 3 * H)
+        d_plan = rows.new_empty(len(guides), B, 3 * H)
         loop.collect(d[:, at.planned], d_plan)
         sums = d_plan.flatten(0, 1)
         d_guides = (sums @ guide.t()).view_as(guides)
         d_guide, d_guide_bias = guides.flatten(0, 1).t() @ sums, sums.sum(0)
-        give_back(rows=rows, hidden=hidden, d=d, plan=d_plan)
         of_guide = d_guides, d_guide, d_guide_bias
         return None, None, None, *of_guide, d_gates, d_candidate, d_candidate_bias, d_decoder, d_decoder_bias
 
@@ -232,12 +204,6 @@ def _undifferentiate(dx: Tensor, future: Tensor | None, P: int) -> None:
         dx[:, :-P] -= future[:, P:]
     for k in reversed(range(P, dx.shape[1], P)):
         dx[:, k - P : k] += dx[:, k : k + P]
-
-
-def states(plan: Tensor, h: Tensor, blocks: Blocks, n: int) -> Tensor:
-    """Return the n states (n, B, H) of a GRU that reads nothing but its plan (B, 3 H), the last one first."""
-    out: Tensor = _States.apply(plan, h, blocks.gates, blocks.candidate, n)  # type: ignore[no-untyped-call]
-    return out
 
 
 def predictions(

@@ -6,34 +6,10 @@ a cell read and write neighbours, and nothing is copied together first. Paramete
 
 from __future__ import annotations
 
-import math
-
 import torch
 from torch import Tensor
 
 aten = torch.ops.aten
-
-#: Memory that is not in use, by what it is used for.
-_spare: dict[str, Tensor] = {}
-
-
-def borrow(purpose: str, like: Tensor, *shape: int) -> Tensor:
-    """Return a tensor of that shape, its values undefined: large memory that is new costs more to fill than to compute.
-
-    What is not given back, because nothing was backpropagated, is freed as usual. On other devices than the
-    CPU, torch keeps memory itself, and apart for each stream: there, nothing is borrowed.
-    """
-    n, spare = math.prod(shape), _spare.pop(purpose, None) if like.is_cpu else None
-    if spare is None or len(spare) < n or spare.dtype != like.dtype:
-        spare = like.new_empty(n)
-    return spare[:n].view(shape)
-
-
-def give_back(**tensors: Tensor) -> None:
-    """Give back what was borrowed. Autograd refuses to use it once more after others have written to it."""
-    for purpose, tensor in tensors.items():
-        if tensor.is_cpu:
-            _spare[purpose] = tensor.view(-1)
 
 
 class Columns:

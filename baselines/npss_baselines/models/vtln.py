@@ -90,7 +90,7 @@ VGRU_R1 = VTLNConfig(n_guides=60, n_derivatives=0, residual=True)
 VGRU_AC = VGRU_D
 
 
-class Progress(NamedTuple):
+class VTLNState(NamedTuple):
     """What the model remembers between frames."""
 
     h: Tensor  # (B, H): the Body RNN's state
@@ -136,21 +136,21 @@ class VTLN(MotionModel):
         nn.init.xavier_uniform_(self.decoder.weight)
         self.decoder.bias = _glorot(POSE)
 
-    def begin(self, label: Tensor, n_steps: int) -> Progress:
+    def begin(self, label: Tensor, n_steps: int) -> VTLNState:
         """Draw the guides of so many steps, and return them with a Body RNN that has read nothing."""
         zeros = self.decoder.weight.new_zeros
         h = zeros(len(label), self.config.n_units)
         past = zeros(len(label), self.config.n_derivatives * self.config.derivative_step, POSE)
-        return Progress(h, past, self._guides(label, n_steps).transpose(0, 1))
+        return VTLNState(h, past, self._guides(label, n_steps).transpose(0, 1))
 
-    def step(self, pose: Tensor, state: Progress) -> tuple[Tensor, Progress]:
+    def step(self, pose: Tensor, state: VTLNState) -> tuple[Tensor, VTLNState]:
         """Read a frame, and return the prediction of the next one and the new state."""
         if not state.guides.shape[1]:
             raise ValueError("n_steps: there are more steps than `begin` was told")
         order, step = self.config.n_derivatives, self.config.derivative_step
         x, past = next_derivatives(pose, state.past, order, step=step)  # (B, D)
         prediction, h = self._predict(x, state.h, state.guides[:, 0])
-        return prediction, Progress(h, past, state.guides[:, 1:])
+        return prediction, VTLNState(h, past, state.guides[:, 1:])
 
     def _predict(self, x: Tensor, h: Tensor, guide: Tensor) -> tuple[Tensor, Tensor]:
         """Read a pose with its differences (B, D); return the prediction (B, 54) and the Body RNN's new state."""
@@ -161,14 +161,14 @@ class VTLN(MotionModel):
         out = h if factors is None else h * factors[:, self.n_inputs :]
         return self.decoder(out) + pose if self.config.residual else self.decoder(out), h
 
-    def switch(self, outputs: Tensor, state: Progress) -> Progress:
+    def switch(self, outputs: Tensor, state: VTLNState) -> VTLNState:
         """Return the state in which the closed loop begins."""
         if not self.config.own_past:
             return state
         past = own_past(outputs, self.config.n_derivatives, step=self.config.derivative_step)
         return state._replace(past=past)
 
-    def switch_back(self, frames: Tensor, state: Progress) -> Progress:
+    def switch_back(self, frames: Tensor, state: VTLNState) -> VTLNState:
         """Return the state in which an open loop begins after a closed one."""
         if not self.config.own_past:
             return state
@@ -235,9 +235,6 @@ class VTLN(MotionModel):
         if self.config.noise == "code":
             sigma = sigma.sqrt()
         h = self.mu + sigma * sigma.new_empty(len(label), len(sigma)).normal_()  # (B, H)
-        if torch.is_grad_enabled():
-            blocks = self.top.blocks(self.n_actions)
-            return _bptt.states(torch.addmm(blocks.plan_bias, label, blocks.plan), h, blocks, n)
         states = []
         for _ in range(n):
             h = self.top(label, h)
