@@ -10,9 +10,8 @@ from safetensors.torch import load_file
 
 from npss_baselines.data.motion_synthetic import synthetic_clips
 from npss_baselines.manifold.model.autoencoder import AutoencoderConfig
-from npss_baselines.manifold.motion.prepared import prepare
-from npss_baselines.manifold.training import config
-from npss_baselines.manifold.training import loop as training
+from npss_baselines.manifold.motion.dataset import prepare
+from npss_baselines.manifold.training import config, schedule, trainer
 from npss_baselines.manifold.training.recipe import Stage
 from npss_baselines.runs import metrics, weights
 from npss_baselines.runs.config import CHECKPOINT
@@ -21,8 +20,8 @@ TINY = AutoencoderConfig(widths=(4, 5), kernel=3, unpool="half", eps=0.05)
 
 
 def small_chunks(assign=setattr):
-    assign(training, "CHUNK", 3)
-    assign(training, "CHECKPOINT_EVERY", 2)
+    assign(schedule, "CHUNK", 3)
+    assign(trainer, "CHECKPOINT_EVERY", 2)
 
 
 def walkers(n, n_frames, seed):
@@ -48,7 +47,7 @@ def trained(out, configuration, sets):
     """Train, and return the rows."""
     out.mkdir(exist_ok=True)
     config.write(out / config.FILE, configuration, "cpu")
-    return training.train(configuration, *sets, out)
+    return trainer.train(configuration, *sets, out)
 
 
 def outcome(out):
@@ -82,7 +81,7 @@ def train_until_killed(out, configuration, sets, moment, number):
         if left[0] == 0:
             os.kill(os.getpid(), signal.SIGKILL)
 
-    rename, step = Path.replace, training.Training._step
+    rename, step = Path.replace, trainer.Training._step
 
     def replace_file(part, target):
         if moment == "writing":
@@ -98,5 +97,5 @@ def train_until_killed(out, configuration, sets, moment, number):
             die_in_time()
         return step(*arguments)
 
-    Path.replace, training.Training._step = replace_file, begin_batch
+    Path.replace, trainer.Training._step = replace_file, begin_batch
     trained(out, configuration, sets)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from npss_baselines.__main__ import main
-from npss_baselines.manifold.applications.restore import USES
+from npss_baselines.manifold.applications.restore import RESTORATIONS
 
 PAGE = Path(__file__).parents[2] / "docs" / "manifold.md"
 
@@ -23,6 +23,6 @@ def test_the_commands_do_what_the_page_says(tmp_path, monkeypatch, capsys):
         assert program == "npss-baselines"
         assert main(arguments) == 0, capsys.readouterr().err
     printed = capsys.readouterr().out
-    for use in (*USES, "interpolate", "sample", "filters"):
+    for use in (*RESTORATIONS, "interpolate", "sample", "filters"):
         assert f"\n{use}: " in printed
     assert Path("repair.png").stat().st_size > 10_000

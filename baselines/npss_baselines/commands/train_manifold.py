@@ -12,12 +12,12 @@ from typing import TypeVar
 from npss.console import add_plugin
 from npss_baselines.commands.arguments import file_of, not_in_configuration, refuse_changes
 from npss_baselines.manifold.model.projector import Projector
+from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.features import local_positions
 from npss_baselines.manifold.motion.measures import joint_error
-from npss_baselines.manifold.motion.prepared import MotionSet, motion_set
+from npss_baselines.manifold.motion.prepared import motion_set
 from npss_baselines.manifold.motion.split import split, subjects_of
-from npss_baselines.manifold.training import config, folder
-from npss_baselines.manifold.training import loop as training
+from npss_baselines.manifold.training import config, folder, trainer
 from npss_baselines.manifold.training.config import FILE, Configuration
 from npss_baselines.manifold.training.recipe import RECIPES
 from npss_baselines.runs import launch, weights
@@ -65,10 +65,10 @@ def run(arguments: Sequence[str]) -> None:
     resuming = ["train", "manifold", "--resume", "--out", str(options.out), *not_in_configuration(options)]
     with launch.going_on([options.out], resuming), launch.folders_alone(options.out, [options.out], before):
         config.write(options.out / FILE, configuration, device, paths)
-        rows = training.train(
+        rows = trainer.train(
             configuration, training_set, validation_set, options.out, device=device, tensorboard=options.tensorboard
         )
-    kept = training.best(rows, configuration.select)
+    kept = trainer.best(rows, configuration.select)
     print(
         f"{options.out / weights.FILE}: the weights of epoch {kept['epoch']} of {rows[-1]['epoch']}, mean joint error "
         f"{kept['error']:.4f} heights on validation windows"

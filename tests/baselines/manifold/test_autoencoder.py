@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig, TiedLayer, convolve, spread
 from npss_baselines.manifold.model.projector import Manifold, mirrored
-from npss_baselines.manifold.motion.normalization import SCALES, Normalization, normalization
+from npss_baselines.manifold.motion.scaling import SCALES, Scaling, fit_scaling
 
 pytestmark = pytest.mark.numeric
 
@@ -195,7 +195,7 @@ def test_frames_are_multiples_of_the_stride():
 def projector(n_joints=2, seed=0, dtype=torch.float32):
     n_features = 3 * n_joints + 3
     rng = np.random.default_rng(seed)
-    statistics = Normalization(rng.normal(3, 1, n_features), rng.uniform(1, 9, n_features))
+    statistics = Scaling(rng.normal(3, 1, n_features), rng.uniform(1, 9, n_features))
     return Manifold(network(replace(SMALL, n_features=n_features), dtype=dtype), statistics, "some")
 
 
@@ -216,7 +216,7 @@ def test_any_length(n_frames):
     assert np.array_equal(projected, manifold.decode(code, n_frames))
     # In the units of the features, and of a motion by itself; np.pad's mirroring is that of windows_of.
     padded = np.pad(features[-1:], ((0, 0), (0, -n_frames % 8), (0, 0)), mode="reflect")
-    statistics = manifold.normalization
+    statistics = manifold.scaling
     with torch.no_grad():
         seen = torch.from_numpy((padded - statistics.mean) / statistics.scale)
         expected = manifold.network.project(seen).numpy() * statistics.scale + statistics.mean
@@ -273,7 +273,7 @@ def test_statistics_are_of_the_frames_that_are_there(scale):
     windows = rng.normal(2, [3, 1, 4, 1, 5, 9, 2], (6, 10, 7)).astype(np.float32)
     windows[..., 1] = 7  # does not vary
     mask = rng.random((6, 10)) < 0.7
-    statistics = normalization(windows, mask, scale)
+    statistics = fit_scaling(windows, mask, scale)
     frames = windows[mask].astype(np.float64)
     deviations = frames - frames.mean(0)
     std = np.sqrt(np.mean(deviations**2, axis=0))
@@ -288,15 +288,15 @@ def test_statistics_are_of_the_frames_that_are_there(scale):
     again = statistics.unnormalize(statistics.normalize(windows))
     np.testing.assert_allclose(again, windows, rtol=0, atol=1e-12)
     assert np.abs(statistics.normalize(frames).mean(0)).max() < 1e-12
-    smaller = normalization(windows, mask, scale, 0.1)
+    smaller = fit_scaling(windows, mask, scale, 0.1)
     assert np.array_equal(smaller.mean, statistics.mean)
     np.testing.assert_allclose(smaller.normalize(frames), statistics.normalize(frames) / 10)
     windows[~mask] = 1e9
-    assert np.array_equal(normalization(windows, mask, scale).scale, statistics.scale)
+    assert np.array_equal(fit_scaling(windows, mask, scale).scale, statistics.scale)
 
 
 def test_what_has_no_statistics():
     with pytest.raises(ValueError, match=r"^scale: expected one of none, global, kind, feature, got 'unit'"):
-        normalization(np.zeros((1, 2, 6)), np.ones((1, 2), bool), "unit")
+        fit_scaling(np.zeros((1, 2, 6)), np.ones((1, 2), bool), "unit")
     with pytest.raises(ValueError, match=r"^windows: there is no frame"):
-        normalization(np.zeros((1, 2, 6)), np.zeros((1, 2), bool), "kind")
+        fit_scaling(np.zeros((1, 2, 6)), np.zeros((1, 2), bool), "kind")

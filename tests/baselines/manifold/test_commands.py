@@ -13,16 +13,16 @@ import torch
 import npss
 from npss_baselines.__main__ import main
 from npss_baselines.data.motion import JOINTS
-from npss_baselines.manifold.applications.restore import USES
-from npss_baselines.manifold.evaluation import measure as evaluation
-from npss_baselines.manifold.evaluation import table
-from npss_baselines.manifold.evaluation.testbed import Bench
+from npss_baselines.manifold.applications.restore import RESTORATIONS
+from npss_baselines.manifold.evaluation import measure, similarity, table
+from npss_baselines.manifold.evaluation.measure import measure_all
+from npss_baselines.manifold.evaluation.restoration import restoration
+from npss_baselines.manifold.evaluation.testbed import Testbed
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
 from npss_baselines.manifold.model.projector import Manifold
-from npss_baselines.manifold.motion.normalization import normalization
 from npss_baselines.manifold.motion.prepared import motion_set
-from npss_baselines.manifold.show import figures as gallery
-from npss_baselines.manifold.show import pictures
+from npss_baselines.manifold.motion.scaling import fit_scaling
+from npss_baselines.manifold.show import drawing, figures
 from npss_baselines.manifold.training import folder
 from npss_baselines.manifold.training.config import FILE, defaults, write
 
@@ -30,7 +30,7 @@ from npss_baselines.manifold.training.config import FILE, defaults, write
 def manifold_of(motions, seed=0):
     torch.manual_seed(seed)
     network = Autoencoder(AutoencoderConfig(widths=(12, 10), kernel=5)).eval()
-    return Manifold(network, normalization(motions.windows, motions.mask, "kind"), f"untrained-{seed}")
+    return Manifold(network, fit_scaling(motions.windows, motions.mask, "kind"), f"untrained-{seed}")
 
 
 @pytest.fixture(scope="module")
@@ -39,45 +39,47 @@ def motions():
 
 
 @pytest.fixture(scope="module")
-def bench(motions):
-    return Bench(motions, {"manifold": manifold_of(motions)})
+def testbed(motions):
+    return Testbed(motions, {"manifold": manifold_of(motions)})
 
 
 @pytest.fixture(scope="module")
-def records(bench):
-    return list(table.records_of(bench))
+def records(testbed):
+    return list(measure_all(testbed))
 
 
 class TestTable:
-    def test_a_table_a_use(self, records):
+    def test_a_table_for_each_application(self, records):
         text = table.text(records)
-        for use in (*USES, "interpolate", "sample", "filters"):
-            assert f"\n{use}: " in f"\n{text}"
+        for application in (*RESTORATIONS, "interpolate", "sample", "filters"):
+            assert f"\n{application}: " in f"\n{text}"
         assert "joint_error+bone_error+npss|version:1|convention:paper|frames:160|fps:30|" in text
         assert "model of manifold: untrained-0" in text
-        repair = [r for r in records if r["use"] == "repair"]
+        repair = [r for r in records if r["application"] == "repair"]
         for record in repair:  # that of each method is said
             model = npss.parse_signature(record["signature"]).get("model")
             assert model is None or f": {model}\n" in table.text(repair) + "\n"
 
     def test_the_best_is_marked_but_not_the_input(self, records):
-        repair = table.text([r for r in records if r["use"] == "repair"]).splitlines()
+        repair = table.text([r for r in records if r["application"] == "repair"]).splitlines()
         linear = next(line for line in repair if line.startswith("linear"))
         assert linear.count("*") == 3
         assert not any("*" in line for line in repair if line.startswith("input"))
 
     def test_markdown(self, records):
-        assert "| method |" in table.text([r for r in records if r["use"] == "repair"], markdown=True).replace("  ", "")
+        assert "| method |" in table.text([r for r in records if r["application"] == "repair"], markdown=True).replace(
+            "  ", ""
+        )
 
     def test_several_manifolds_stand_beside_each_other(self, motions):
-        two = Bench(motions, {"one": manifold_of(motions), "two": manifold_of(motions, 1)})
-        methods = {r["method"] for r in evaluation.restoration(two, "repair")}
+        two = Testbed(motions, {"one": manifold_of(motions), "two": manifold_of(motions, 1)})
+        methods = {r["method"] for r in restoration(two, "repair")}
         assert {"one", "two", "one, known kept", "two, known kept", "pca"} <= methods
 
 
 class TestPictures:
-    def test_a_row_a_motion(self, bench):
-        (axes,) = gallery.restoration(bench, "repair").axes
+    def test_a_row_a_motion(self, testbed):
+        (axes,) = figures.restoration(testbed, "repair").axes
         names = [text.get_text().replace("\n", " ") for text in axes.texts][:8]
         assert names[:5] == ["original", "input", "linear", "pca-best", "manifold"]
         assert names[5:7] == ["pca-best, rescaled", "manifold, rescaled"]
@@ -89,15 +91,15 @@ class TestPictures:
             {"use": "nearest", "method": method, "metric": "map", "value": v, "signature": line}
             for method, v in (("euclidean", 0.4), ("manifold", 0.6))
         ]
-        (axes,) = gallery.retrieval(records).axes
+        (axes,) = figures.retrieval(records).axes
         assert [bar.get_width() for bar in axes.patches] == [0.4, 0.6]
         middles = [bar.get_y() + bar.get_height() / 2 for bar in axes.patches]
         assert axes.get_ylim() == pytest.approx((min(middles) - 1, max(middles) + 1))  # however many there are
 
-    def test_no_such_clip(self, bench, motions):
-        assert gallery.clip_named(motions, "synthetic/gait/3") == gallery.clip_named(motions, "gait/3") == 3
+    def test_no_such_clip(self, testbed, motions):
+        assert figures.clip_named(motions, "synthetic/gait/3") == figures.clip_named(motions, "gait/3") == 3
         with pytest.raises(ValueError, match="CLIP: 0 of 8 clips are called '99_01'; the first are gait/0"):
-            gallery.clip_named(motions, "99_01")
+            figures.clip_named(motions, "99_01")
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +110,7 @@ def run(motions, tmp_path_factory):
     manifold = manifold_of(motions)
     configuration = replace(defaults(), model=manifold.network.config)
     write(run / FILE, configuration, "cpu")
-    folder.save(run, configuration, manifold.network, manifold.normalization, {})
+    folder.save(run, manifold.network, manifold.scaling, {})
     return run
 
 
@@ -116,7 +118,7 @@ def test_pictures_are_drawn_whatever_the_settings_and_the_names():
     name = r"a_b $x_1$ 5% ~ ^2 {c} \d"
     motion = np.random.default_rng(0).normal(size=(4, len(JOINTS.names), 3))
     with mpl.rc_context({"text.usetex": True}):
-        for figure in (pictures.strips({name: motion}, name), pictures.bars({name: {name: 1.0}}, "what", name)):
+        for figure in (drawing.strips({name: motion}, name), drawing.bars({name: {name: 1.0}}, "what", name)):
             figure.savefig(written := io.StringIO(), format="svg")
             assert written.getvalue().count(name) >= 2
 
@@ -127,7 +129,7 @@ class TestCommands:
         picture = tmp_path / "picture.svg"
         assert main(["manifold", use, str(run), "--quick", "--format", "json", "-o", str(picture)]) == 0
         printed = json.loads(capsys.readouterr().out)
-        expected = [r for r in records if r["use"] == use]
+        expected = [r for r in records if r["application"] == use]
         assert [(r["method"], r["metric"]) for r in printed] == [(r["method"], r["metric"]) for r in expected]
         assert [r["value"] for r in printed] == pytest.approx([r["value"] for r in expected], rel=1e-4)
         assert picture.stat().st_size > 5000
@@ -142,22 +144,22 @@ class TestCommands:
         assert main(["manifold", "filters", *options, "--units", "3", "5"]) == 0
         assert main(["manifold", "filters", *options, "--units", "99"]) == 2
 
-    def test_distance(self, run, bench, tmp_path, capsys):
+    def test_distance(self, run, testbed, tmp_path, capsys):
         options = [str(run), "gait/0", "gait/5", "--quick", "-o", str(tmp_path / "pair.svg")]
         assert main(["manifold", "distance", *options, "--format", "json"]) == 0
         printed = json.loads(capsys.readouterr().out)
-        expected = list(evaluation.distance(bench, 0, 5))
+        expected = list(similarity.distance(testbed, 0, 5))
         assert [r["value"] for r in printed] == pytest.approx([r["value"] for r in expected], rel=1e-4)
         assert main(["manifold", "distance", *options, "--format", "table"]) == 0
         assert f"manifold   g         {printed[0]['value']:.4f}" in capsys.readouterr().out
         assert "g by manifold" in (tmp_path / "pair.svg").read_text(encoding="utf-8")
 
-    def test_nearest(self, run, bench, tmp_path, capsys):
+    def test_nearest(self, run, testbed, tmp_path, capsys):
         picture = tmp_path / "near.svg"
         options = ["manifold", "nearest", str(run), "--quick", "--format", "json", "-o", str(picture)]
         assert main([*options, "--clip", "gait/4", "-n", "3"]) == 0
         printed = json.loads(capsys.readouterr().out)
-        expected = [r["clip"] for r in evaluation.ranking(bench, 4, 3)]
+        expected = [r["clip"] for r in similarity.ranking(testbed, 4, 3)]
         assert [r["clip"] for r in printed] == expected
         assert picture.stat().st_size > 5000
 
@@ -175,7 +177,13 @@ class TestCommands:
         assert "model of untrained: manifold-" in printed
         assert "model of other: manifold-" in printed
         drawn = {path.stem for path in drawings.iterdir()}
-        assert drawn == {*USES, "interpolate", "sample", "filters", "nearest"}  # one action: nothing to tell apart
+        assert drawn == {
+            *RESTORATIONS,
+            "interpolate",
+            "sample",
+            "filters",
+            "nearest",
+        }  # one action: nothing to tell apart
         assert main(["manifold", "table", str(run), str(run), "--quick"]) == 2
         assert "there is another file of a model 'untrained'" in capsys.readouterr().err
 
@@ -184,7 +192,7 @@ class TestCommands:
         for copy in folders:
             shutil.copytree(run, copy)
         seen = []
-        monkeypatch.setattr(table, "records_of", lambda bench: seen.append(bench) or [])
+        monkeypatch.setattr(measure, "measure_all", lambda testbed: seen.append(testbed) or [])
         monkeypatch.setattr(table, "text", lambda records, **_: "")
         assert main(["manifold", "table", *map(str, folders), "--quick", "--format", "table"]) == 0
         names = [f"{tmp_path.name}/linear", f"{tmp_path.name}/pca-best", "a/seed-0", "b/seed-0"]
@@ -200,5 +208,5 @@ class TestCommands:
         options = [str(run), "--quick", "--cmu", str(cmu_root), "--cache", str(tmp_path), "--format", "json"]
         assert main(["manifold", "nearest", *options]) == 0
         printed = json.loads(capsys.readouterr().out)
-        found = {(r["method"], r["metric"]): r["value"] for r in printed if r["use"] == "nearest"}
+        found = {(r["method"], r["metric"]): r["value"] for r in printed if r["application"] == "nearest"}
         assert 0 < found["chance", "map"] < found["extremes", "map"] <= 1

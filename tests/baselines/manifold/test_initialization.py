@@ -7,13 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
-from npss_baselines.manifold.model.initialization import start
+from npss_baselines.manifold.model.initialization import initialize
 
 
 def made(how="orthonormal", seed=0, **fields):
     torch.manual_seed(seed)
     network = Autoencoder(AutoencoderConfig(**fields))
-    start(network, how)
+    initialize(network, how)
     return network
 
 

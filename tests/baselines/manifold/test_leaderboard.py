@@ -14,8 +14,9 @@ from npss_baselines.data.motion import Clip
 from npss_baselines.data.motion_h36m import joints_of_poses
 from npss_baselines.data.tasks import synthetic_task
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
-from npss_baselines.manifold.motion.normalization import normalization
-from npss_baselines.manifold.motion.prepared import motion_set, prepare
+from npss_baselines.manifold.motion.dataset import prepare
+from npss_baselines.manifold.motion.prepared import motion_set
+from npss_baselines.manifold.motion.scaling import fit_scaling
 from npss_baselines.manifold.training import folder
 from npss_baselines.manifold.training.config import FILE, defaults, write
 
@@ -30,8 +31,8 @@ def manifold(tmp_path_factory):
     configuration = replace(defaults(), model=AutoencoderConfig(widths=(12, 10), kernel=5))
     run = tmp_path_factory.mktemp("manifold")
     write(run / FILE, configuration, "cpu")
-    statistics = normalization(motions.windows, motions.mask, "kind")
-    folder.save(run, configuration, Autoencoder(configuration.model), statistics, {})
+    statistics = fit_scaling(motions.windows, motions.mask, "kind")
+    folder.save(run, Autoencoder(configuration.model), statistics, {})
     return run
 
 

@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from npss_baselines.manifold.model import pca
-from npss_baselines.manifold.motion.normalization import Normalization
+from npss_baselines.manifold.model.pca import fit_pca
+from npss_baselines.manifold.motion.scaling import Scaling
 
 pytestmark = pytest.mark.numeric
 
-PLAIN = Normalization(np.zeros(6), np.ones(6))
-SCALED = Normalization(np.array([1.0, -2, 0, 3, 0, 5]), np.array([1.0, 2, 0.5, 4, 1, 0.1]))
+PLAIN = Scaling(np.zeros(6), np.ones(6))
+SCALED = Scaling(np.array([1.0, -2, 0, 3, 0, 5]), np.array([1.0, 2, 0.5, 4, 1, 0.1]))
 
 
 def windows(n, rank, n_frames=8, seed=0):
@@ -24,7 +24,7 @@ def windows(n, rank, n_frames=8, seed=0):
 @pytest.mark.parametrize("statistics", [PLAIN, SCALED])
 def test_components_are_the_right_singular_vectors(n, statistics):
     motions = windows(n, 48)
-    fitted = pca.fit(motions, statistics, n_components=12)
+    fitted = fit_pca(motions, statistics, n_components=12)
     rows = ((motions - statistics.mean) / statistics.scale).reshape(n, -1)
     _, _, expected = np.linalg.svd(rows - rows.mean(0), full_matrices=False)
     np.testing.assert_allclose(np.abs(fitted.components @ expected[:12].T), np.eye(12), rtol=0, atol=1e-9)
@@ -39,7 +39,7 @@ def test_components_are_the_right_singular_vectors(n, statistics):
 @pytest.mark.parametrize(("n", "rank", "wanted", "there_are"), [(20, 5, 5120, 5), (20, 48, 5120, 19), (99, 48, 48, 48)])
 def test_there_are_as_many_components_as_directions(n, rank, wanted, there_are):
     motions = windows(n, rank)
-    fitted = pca.fit(motions.astype(np.float64), PLAIN, n_components=wanted)
+    fitted = fit_pca(motions.astype(np.float64), PLAIN, n_components=wanted)
     assert fitted.components.shape == (there_are, 48)
     np.testing.assert_allclose(
         fitted.project(motions), motions, rtol=0, atol=1e-9
@@ -50,7 +50,7 @@ def test_more_components_are_nearer_and_a_projection_stays():
     motions, others = windows(60, 48), windows(9, 48, seed=1)
     errors = []
     for k in (1, 5, 20, 48):
-        fitted = pca.fit(motions, SCALED, n_components=k)
+        fitted = fit_pca(motions, SCALED, n_components=k)
         projected = fitted.project(others)
         errors.append(np.square((projected - others) / SCALED.scale).mean())
         np.testing.assert_allclose(fitted.project(projected), projected, rtol=0, atol=1e-9)
@@ -62,7 +62,7 @@ def test_more_components_are_nearer_and_a_projection_stays():
 @given(st.integers(1, 45))
 def test_any_length(n_frames):
     """Windows every half of one, averaged where they overlap; what is short is mirrored."""
-    fitted = pca.fit(windows(30, 48), SCALED, n_components=7)
+    fitted = fit_pca(windows(30, 48), SCALED, n_components=7)
     motions = windows(2, 6, n_frames, seed=2)
     projected = fitted.project(motions)
     assert projected.shape == motions.shape
@@ -77,13 +77,13 @@ def test_any_length(n_frames):
 
 
 def test_the_signature_is_of_all_numbers():
-    fitted = pca.fit(windows(30, 48), SCALED, n_components=7)
-    assert fitted.signature == pca.fit(windows(30, 48), SCALED, n_components=7).signature
+    fitted = fit_pca(windows(30, 48), SCALED, n_components=7)
+    assert fitted.signature == fit_pca(windows(30, 48), SCALED, n_components=7).signature
     assert fitted.signature.startswith("pca-7-")
     others = (
-        pca.fit(windows(30, 48), PLAIN, n_components=7),
-        pca.fit(windows(31, 48), SCALED, n_components=7),
-        pca.fit(windows(30, 48), SCALED, n_components=6),
+        fit_pca(windows(30, 48), PLAIN, n_components=7),
+        fit_pca(windows(31, 48), SCALED, n_components=7),
+        fit_pca(windows(30, 48), SCALED, n_components=6),
     )
     assert len({fitted.signature, *(other.signature for other in others)}) == 4
 
@@ -99,10 +99,10 @@ def test_what_cannot_be_fitted_or_projected():
         (motions * np.nan, "windows: nan at index"),
     ):
         with pytest.raises(ValueError, match=f"^{message}"):
-            pca.fit(wrong, PLAIN, n_components=2)
+            fit_pca(wrong, PLAIN, n_components=2)
     with pytest.raises(ValueError, match=r"^n_components: expected a positive integer"):
-        pca.fit(motions, PLAIN, n_components=0)
-    fitted = pca.fit(motions, PLAIN, n_components=2)
+        fit_pca(motions, PLAIN, n_components=0)
+    fitted = fit_pca(motions, PLAIN, n_components=2)
     with pytest.raises(ValueError, match=r"^features: expected shape \(n, T, 6\)"):
         fitted.project(motions[0])
     with pytest.raises(ValueError, match=r"^code: expected shape \(n, T, 2\)"):

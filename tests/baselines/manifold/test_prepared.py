@@ -12,10 +12,14 @@ import pytest
 from npss_baselines.data.motion import JOINTS, Clip
 from npss_baselines.data.motion_synthetic import synthetic_clips
 from npss_baselines.manifold.motion import prepared
-from npss_baselines.manifold.motion.features import normalise_lengths, to_features, to_positions
+from npss_baselines.manifold.motion.bones import normalise_lengths
+from npss_baselines.manifold.motion.cache import cached, load, save
+from npss_baselines.manifold.motion.dataset import prepare
+from npss_baselines.manifold.motion.features import to_features, to_positions
 from npss_baselines.manifold.motion.ground import level, on_ground
-from npss_baselines.manifold.motion.prepared import TEST_SUBJECTS, cached, load, motion_set, prepare, save
+from npss_baselines.manifold.motion.prepared import motion_set
 from npss_baselines.manifold.motion.resample import resample
+from npss_baselines.manifold.motion.split import TEST_SUBJECTS
 
 
 def clips(*lengths, source="synthetic", fps=30.0):

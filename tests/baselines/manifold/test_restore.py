@@ -8,14 +8,14 @@ from hypothesis import strategies as st
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.applications.interpolate import blend, interpolate
-from npss_baselines.manifold.applications.restore import USES, Windows, corrupted, keep_known, linear, rescaled
+from npss_baselines.manifold.applications.restore import RESTORATIONS, Windows, corrupted, keep_known, linear, rescaled
 from npss_baselines.manifold.applications.sample import filter_motion, sample_codes
-from npss_baselines.manifold.model import pca
-from npss_baselines.manifold.motion.normalization import Normalization
+from npss_baselines.manifold.model.pca import fit_pca
+from npss_baselines.manifold.motion.scaling import Scaling
 
 F = 3 * len(JOINTS.names) + 3
 MEAN = np.linspace(-1, 1, F)
-FLAT = Normalization(np.zeros(F), np.ones(F))
+FLAT = Scaling(np.zeros(F), np.ones(F))
 
 
 class Pairs:
@@ -44,7 +44,7 @@ def windows():
 
 
 class TestCorrupted:
-    @pytest.mark.parametrize("use", list(USES))
+    @pytest.mark.parametrize("use", list(RESTORATIONS))
     def test_padding_tells_nothing_new(self, windows, use):
         left = corrupted(use, windows, MEAN)
         for values in (left.features, left.known):
@@ -52,7 +52,7 @@ class TestCorrupted:
             assert np.array_equal(values[1, 60:119], values[1, 58::-1])  # mirrored at the last frame
             assert np.array_equal(values[1, 118:160], values[1, :42])
 
-    @pytest.mark.parametrize("use", list(USES))
+    @pytest.mark.parametrize("use", list(RESTORATIONS))
     def test_it_depends_on_the_seed_alone(self, windows, use):
         first, again, other = (corrupted(use, windows, MEAN, seed=seed) for seed in (0, 0, 1))
         assert np.array_equal(first.features, again.features)
@@ -133,7 +133,7 @@ class TestInterpolate:
 
     def test_on_a_linear_manifold_it_is_the_projected_blend(self):
         rng = np.random.default_rng(2)
-        manifold = pca.fit(rng.normal(size=(10, 8, F)), FLAT, n_components=4)
+        manifold = fit_pca(rng.normal(size=(10, 8, F)), FLAT, n_components=4)
         first, second = rng.normal(size=(2, 3, 8, F))
         expected = manifold.project(blend(first, second, 0.3))
         assert interpolate(manifold, first, second, 0.3) == pytest.approx(expected)

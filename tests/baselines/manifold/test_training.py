@@ -19,12 +19,12 @@ from manifold_trainings import TINY, configured, outcome, same, small_chunks, tr
 from npss_baselines.commands import train_manifold as train_command
 from npss_baselines.data.motion_synthetic import synthetic_clips
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
-from npss_baselines.manifold.model.per_window_sgd import OneWindow
+from npss_baselines.manifold.model.per_window_sgd import PerWindowSGD
+from npss_baselines.manifold.motion.dataset import MotionSet, prepare
 from npss_baselines.manifold.motion.features import local_positions
-from npss_baselines.manifold.motion.prepared import TEST_SUBJECTS, MotionSet, prepare
-from npss_baselines.manifold.motion.split import VALIDATION_SUBJECTS, split
-from npss_baselines.manifold.training import config, folder
-from npss_baselines.manifold.training import loop as training
+from npss_baselines.manifold.motion.split import TEST_SUBJECTS, VALIDATION_SUBJECTS, split
+from npss_baselines.manifold.training import config, folder, trainer
+from npss_baselines.manifold.training.loss import loss_of
 from npss_baselines.manifold.training.recipe import PAPER, RECIPES, Stage
 from npss_baselines.runs import launch, metrics, weights
 from npss_baselines.runs.config import CHECKPOINT
@@ -68,14 +68,14 @@ def test_one_window_by_hand_is_autograd(unpool, random, depth):
     mask = rng.random((4, 16)) < 0.7
     of_frames, of_steps = frame_weights(mask, 1, 6), frame_weights(mask, 2**depth, made.widths[-1])
     options = {"corruption": 0.3, "sparsity": 0.2, "random": random}
-    by_hand = OneWindow(network.first(), 16, **options)
+    by_hand = PerWindowSGD(network.first(), 16, **options)
     optimizer = torch.optim.SGD(other.parameters(), lr=0.1)
     clipped = other.encode(windows).detach().abs() > 0.6
     assert clipped.any()
     assert not clipped.all()
     for i in range(4):
         torch.manual_seed(i)
-        loss = training.loss_of(other.first(), windows[[i]], of_frames[[i]], of_steps[[i]], **options)
+        loss = loss_of(other.first(), windows[[i]], of_frames[[i]], of_steps[[i]], **options)
         optimizer.zero_grad()
         loss.backward()
         optimizer.step()
@@ -93,7 +93,7 @@ def test_the_loss_is_what_it_says():
     windows, mask = torch.from_numpy(rng.normal(size=(3, 8, 6))), rng.random((3, 8)) < 0.6
     with torch.no_grad():
         code, projected = network.encode(windows), network.project(windows)
-        loss = training.loss_of(
+        loss = loss_of(
             network.first(),
             windows,
             frame_weights(mask, 1, 6),
@@ -118,7 +118,7 @@ def test_masked_frames_do_not_count(sets, tmp_path, loss):
     plain = Stage(epochs=1, corruption=0.0, sparsity=0.1)
     losses = []
     for i, motion in enumerate((training_set, other)):
-        module = training.Training(configured(layers=plain, loss=loss), motion, validation_set, tmp_path)
+        module = trainer.Training(configured(layers=plain, loss=loss), motion, validation_set, tmp_path)
         module._begin(0)
         losses.append([])
         for phase in range(2):
@@ -126,7 +126,7 @@ def test_masked_frames_do_not_count(sets, tmp_path, loss):
             of = (module._seen[:1], module._of_frames[:1], module._of_steps[:1])
             layer = module.network.first()[phase : phase + 1]
             options = {"corruption": 0.0, "sparsity": 0.1, "random": False}
-            losses[i].append(training.loss_of(layer, *of, **options).item())
+            losses[i].append(loss_of(layer, *of, **options).item())
     assert losses[0] == pytest.approx(losses[1], rel=1e-6)
     assert module._of_frames[0].sum() == pytest.approx(1 / 4 if loss == "mean" else 50)
 
@@ -138,7 +138,7 @@ def test_what_is_left_is_rescaled():
     windows = torch.randn(3, 8, 63)
     of_frames, of_steps = torch.rand(3, 8, 1), torch.zeros(3, 2, 1)
     torch.manual_seed(1)
-    loss = training.loss_of(
+    loss = loss_of(
         network.first(), windows, of_frames, of_steps, corruption=0.25, sparsity=0.0, random=False, rescale=True
     )
     torch.manual_seed(1)
@@ -186,7 +186,7 @@ def test_training_is_the_plain_loop(sets, tmp_path):
                     entropy = np.random.SeedSequence([7, number, epoch * chunks + i * stage.batch // 3, 1])
                     torch.manual_seed(int(entropy.generate_state(1, np.uint64)[0]))
                 batch = order[i * stage.batch :][: stage.batch]
-                loss = training.loss_of(
+                loss = loss_of(
                     layers,
                     seen[batch],
                     of_frames[batch],
@@ -248,9 +248,9 @@ def test_a_run_that_is_killed_again_and_again_ends_as_if_it_had_not_been(tmp_pat
 def test_which_weights_are_kept(tmp_path, sets, monkeypatch):
     for select, epoch in (("best", 2), ("last", 3)):
         errors = iter([0.1, 0.1, 0.1, 0.1, 0.4, 0.2, 0.3])  # those of other phases do not count
-        monkeypatch.setattr(training.Training, "_error", lambda *_, errors=errors: next(errors))
+        monkeypatch.setattr(trainer.Training, "_error", lambda *_, errors=errors: next(errors))
         rows = trained(tmp_path / select, configured(select=select), sets)
-        kept = training.best(rows, select)
+        kept = trainer.best(rows, select)
         assert (kept["phase"], kept["epoch"]) == ("whole", epoch)
         assert folder.load(tmp_path / select).measured == kept
     first, second = (load_file(tmp_path / select / weights.FILE) for select in ("best", "last"))
@@ -315,7 +315,7 @@ def test_the_signature_is_of_weights_and_of_how_they_came_about(run):
     signature = loaded.projector.signature
     assert signature.startswith("manifold-")
     assert folder.load(run).projector.signature == signature
-    statistics, network = loaded.projector.normalization, loaded.projector.network
+    statistics, network = loaded.projector.scaling, loaded.projector.network
     signatures = {signature}
     for changed in ({"seed": 1}, {"data": config.Data(("cmu",), 1, 2, "ab")}, {"whole": Stage(epochs=2)}):
         other = replace(loaded.configuration, **changed)
@@ -325,7 +325,7 @@ def test_the_signature_is_of_weights_and_of_how_they_came_about(run):
     assert folder.load(run).projector.signature == signature
     with torch.no_grad():
         network.first()[0].bias[0] += 1e-6
-    folder.save(run, loaded.configuration, network, statistics, loaded.measured)
+    folder.save(run, network, statistics, loaded.measured)
     signatures.add(folder.load(run).projector.signature)
     assert len(signatures) == 5
 

@@ -8,15 +8,16 @@ import numpy as np
 
 from npss.validation import Array, Float64
 from npss_baselines.manifold.applications.distance import extremes
+from npss_baselines.manifold.applications.method import Method
 from npss_baselines.manifold.applications.retrieval import closest_windows, distances_of
 from npss_baselines.manifold.model.projector import Manifold, Projector
-from npss_baselines.manifold.motion.normalization import Normalization
-from npss_baselines.manifold.motion.prepared import MotionSet
+from npss_baselines.manifold.motion.dataset import MotionSet
+from npss_baselines.manifold.motion.scaling import Scaling
 
 
 def clip_distances(
-    motions: MotionSet, manifolds: Mapping[str, Manifold], rival: Projector, normalization: Normalization
-) -> dict[str, Float64]:
+    motions: MotionSet, manifolds: Mapping[str, Manifold], pca: Projector, scaling: Scaling
+) -> dict[Method, Float64]:
     """Compute distances between all clips of a set, by each method.
 
     Whole clips are compared by their extremes over time, of hidden units (G) or of what else there is. Windows are
@@ -28,14 +29,14 @@ def clip_distances(
         N clips.
     manifolds : mapping of str to Manifold
         By name.
-    rival : Projector
+    pca : Projector
         Principal components.
-    normalization : Normalization
+    scaling : Scaling
         For ``euclidean, normalised``.
 
     Returns
     -------
-    dict of str to (N, N) ndarray of float64
+    dict of Method to (N, N) ndarray of float64
         Roots of G and Euclidean distances, which rank as their squares do. By method: ``euclidean`` (windows of
         features as they are) and ``euclidean, normalised``; ``pca`` (windows of codes); each manifold's name (G), with
         ``, windows`` (G of windows, the closest two), ``, unsquashed`` (G of hidden units before tanh) and ``,
@@ -51,24 +52,24 @@ def clip_distances(
         return distances_of([extremes(see(clip)) for clip in motions.features])
 
     distances = {
-        "euclidean": close(windows),
-        "euclidean, normalised": close(normalization.normalize(windows)),
-        "pca": close(rival.encode(windows)),
+        Method("euclidean"): close(windows),
+        Method("euclidean", "normalised"): close(scaling.normalize(windows)),
+        Method("pca"): close(pca.encode(windows)),
     }
     for name, manifold in manifolds.items():
         codes = manifold.encode(windows)
         largest = 1 - manifold.network.config.eps  # as in the inverse
         found = clip_extremes(motions, manifold)
-        distances[name] = distances_of(found)
-        distances[f"{name}, windows"] = close(extremes(codes))
-        distances[f"{name}, unsquashed"] = distances_of(np.arctanh(found.clip(-largest, largest)))
-        distances[f"{name}, euclidean"] = close(codes)
+        distances[Method(name)] = distances_of(found)
+        distances[Method(name, "windows")] = close(extremes(codes))
+        distances[Method(name, "unsquashed")] = distances_of(np.arctanh(found.clip(-largest, largest)))
+        distances[Method(name, "euclidean")] = close(codes)
     lengths = np.log([[clip.n_frames] for clip in motions.clips])
     return distances | {
-        "pca, extremes": distances_of(clip_extremes(motions, rival)),
-        "extremes": whole(lambda clip: clip),
-        "extremes, normalised": whole(normalization.normalize),
-        "length": distances_of(lengths),
+        Method("pca", "extremes"): distances_of(clip_extremes(motions, pca)),
+        Method("extremes"): whole(lambda clip: clip),
+        Method("extremes", "normalised"): whole(scaling.normalize),
+        Method("length"): distances_of(lengths),
     }
 
 

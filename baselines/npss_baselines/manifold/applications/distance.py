@@ -13,7 +13,7 @@ from npss.protocol import FPS
 from npss.skeleton import H36M, poses_to_positions
 from npss.validation import Array, Float64, check_finite, motion_pair, real_array
 from npss_baselines.data.motion import NAMES, Clip
-from npss_baselines.manifold.motion.prepared import prepare
+from npss_baselines.manifold.motion.dataset import prepare
 
 if TYPE_CHECKING:
     from npss_baselines.manifold.model.projector import Projector  # which imports torch

@@ -1,4 +1,4 @@
-"""The uses that restore motion: what is left of it, and what can be made of that without a manifold."""
+"""The applications that restore motion: what is left of it, and what can be made of that without a manifold."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from npss_baselines.manifold.applications import corrupt
 from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.motion.windows import windows_of
 
-#: The uses, each with what is done to the motion that is to be restored.
-USES = {
+#: The applications, each with what is done to the motion that is to be restored.
+RESTORATIONS = {
     "project": "nothing",
     "repair": f"values lost with probability {corrupt.LOST:g}",
     "kinect": (
@@ -25,9 +25,8 @@ USES = {
     "fill": "right wrist and hand missing",
     "inbetween": f"every {corrupt.EVERY}th frame held",
 }
-#: What follows the name of a method that projects what `rescaled` returns, and the uses where that is worth while: each
-#: value is as likely to be lost as any other.
-RESCALED, LOST_AT_RANDOM = ", rescaled", ("repair",)
+#: Where it is worth while to project what `rescaled` returns: each value is as likely to be lost as any other.
+LOST_AT_RANDOM = ("repair",)
 #: The joint that `fill` does without, and all that hangs on it.
 WRIST = "RightHand"
 
@@ -49,16 +48,16 @@ class Windows:
 
 
 def corrupted(
-    use: str, windows: Windows, mean: npt.ArrayLike, *, skeleton: Skeleton = JOINTS, seed: Seed = 0
+    application: str, windows: Windows, mean: npt.ArrayLike, *, skeleton: Skeleton = JOINTS, seed: Seed = 0
 ) -> Corrupted:
-    """Corrupt windows as one of the uses wants it.
+    """Corrupt windows as one of the applications wants it.
 
     Padding is mirrored anew from what is left: it tells nothing that has been lost elsewhere.
 
     Parameters
     ----------
-    use : {'project', 'repair', 'kinect', 'fill', 'inbetween'}
-        Which; see `USES` and `npss_baselines.manifold.applications.corrupt`.
+    application : {'project', 'repair', 'kinect', 'fill', 'inbetween'}
+        Which; see `RESTORATIONS` and `npss_baselines.manifold.applications.corrupt`.
     windows : Windows
         The motion.
     mean : (F,) array_like
@@ -78,16 +77,16 @@ def corrupted(
     TypeError, ValueError
         If an argument is not as described.
     """
-    one_of("use", use, tuple(USES))
+    one_of("application", application, tuple(RESTORATIONS))
     rng = generator(seed)
-    if use == "project":
+    if application == "project":
         whole = np.asarray(windows.features, np.float64)
         return Corrupted(whole, np.ones(whole.shape, bool))
-    if use == "repair":
+    if application == "repair":
         left = corrupt.zeros(windows.features, mean, seed=rng)
-    elif use == "kinect":
+    elif application == "kinect":
         left = corrupt.kinect(windows.features, skeleton, seed=rng)
-    elif use == "fill":
+    elif application == "fill":
         left = corrupt.missing(windows.features, mean, joints=corrupt.branch(skeleton, WRIST))
     else:
         left = corrupt.stepped_keys(windows.features)
@@ -97,8 +96,8 @@ def corrupted(
 def linear(left: Corrupted) -> Float64:
     """Interpolate linearly in time between known values, ``(n, T, F)``, feature by feature.
 
-    Before the first and behind the last known value it is held. A feature that is never known stays as it is. This is
-    told which values are known; the manifold is not.
+    Before the first and behind the last known value it is held. A feature that is never known stays as it is. It is an
+    oracle that knows which values are lost; the manifold does not.
     """
     filled = left.features.copy()
     frames = np.arange(filled.shape[1])

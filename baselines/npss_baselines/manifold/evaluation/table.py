@@ -1,15 +1,14 @@
-"""The table of all uses: every number of every method, for people."""
+"""The table of all applications: every number of every method, for people."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from npss import parse_signature, signature
-from npss.console import Progress, markdown_text, table
+from npss.console import markdown_text, table
 from npss.records import Record
-from npss_baselines.manifold.applications.restore import USES
-from npss_baselines.manifold.evaluation import measure as evaluation
-from npss_baselines.manifold.evaluation.testbed import Bench
+from npss_baselines.manifold.applications.method import Method
+from npss_baselines.manifold.applications.restore import RESTORATIONS
 
 #: What a metric is called, and whether less of it is better; None where neither is.
 METRICS = {
@@ -30,21 +29,8 @@ METRICS = {
 }
 
 
-def records_of(bench: Bench) -> Iterator[Record]:
-    """Measure every use, and say how far it is."""
-    others = (evaluation.interpolation, evaluation.sampling, evaluation.filtering, evaluation.nearness)
-    n_steps = len(USES) + len(others)
-    with Progress("measuring") as progress:
-        for done, use in enumerate(USES, 1):
-            yield from evaluation.restoration(bench, use)
-            progress(done / n_steps)
-        for done, measure in enumerate(others, len(USES) + 1):
-            yield from measure(bench)
-            progress(done / n_steps)
-
-
 def text(records: Sequence[Record], *, markdown: bool = False) -> str:
-    """Lay records out: a table a use, a row a method, what its numbers are below it; * marks the best but the input."""
+    """Lay records out: a table for each application, its signatures below; * marks the best, the input aside."""
     groups: dict[str, list[Record]] = {}
     for record in records:
         groups.setdefault(_heading(record), []).append(record)
@@ -58,7 +44,7 @@ def text(records: Sequence[Record], *, markdown: bool = False) -> str:
 
 def listing(records: Sequence[Record], *, markdown: bool = False) -> str:
     """Lay records out as they are, a row each: distances of single clips."""
-    columns = [name for name in records[0] if name not in ("use", "signature", "index")]
+    columns = [name for name in records[0] if name not in ("application", "signature", "index")]
     escaped = markdown_text if markdown else str
     cells = [[escaped(_written(record[name])) for name in columns] for record in records]
     align = "".join("r" if name in ("value", "rank") else "l" for name in columns)
@@ -68,12 +54,20 @@ def listing(records: Sequence[Record], *, markdown: bool = False) -> str:
 
 def _heading(record: Record) -> str:
     """Return what a record is about: records with the same are in one table."""
-    use, stated = record["use"], parse_signature(record["signature"])
-    if use in ("distance", "nearest"):
-        what = f"{use}: {stated['clips']} clips of {stated['source']}, {stated['actions']} actions"
-        return what if use == "distance" else f"{what}; {stated['queries']} queries, to be found: {stated['matches']}"
-    details = {**USES, "interpolate": "pairs of windows", "sample": "codes drawn at random", "filters": "hidden units"}
-    return f"{use}: {details[use]}"
+    application, stated = record["application"], parse_signature(record["signature"])
+    if application in ("distance", "nearest"):
+        what = f"{application}: {stated['clips']} clips of {stated['source']}, {stated['actions']} actions"
+        return (
+            what
+            if application == "distance"
+            else f"{what}; {stated['queries']} queries, to be found: {stated['matches']}"
+        )
+    details = RESTORATIONS | {
+        "interpolate": "pairs of windows",
+        "sample": "codes drawn at random",
+        "filters": "hidden units",
+    }
+    return f"{application}: {details[application]}"
 
 
 def _table(records: Sequence[Record], *, markdown: bool) -> str:
@@ -88,7 +82,8 @@ def _table(records: Sequence[Record], *, markdown: bool) -> str:
             best[metric] = (min if less else max)(tried, default=None)
     escaped = markdown_text if markdown else str
     rows = [
-        [escaped(method), *(_cell(values.get((method, one)), best.get(one)) for one in metrics)] for method in methods
+        [escaped(method), *(_cell(values.get((method, metric)), best.get(metric)) for metric in metrics)]
+        for method in methods
     ]
     names = [METRICS[metric][0] for metric in metrics]
     return table(["method", *names], rows, "l" + "r" * len(metrics), markdown=markdown)
@@ -111,7 +106,7 @@ def _signatures(records: Sequence[Record]) -> list[str]:
     for record in records:
         stated = parse_signature(record["signature"])
         if model := stated.pop("model", None):
-            models.setdefault(record["method"].partition(",")[0], {}).setdefault(model, record["method"])
+            models.setdefault(Method.parse(record["method"]).name, {}).setdefault(model, record["method"])
         shared = signature(**{**stated, "metric": "npss", "convention": "paper"})
         metrics.setdefault(shared, {})[stated["metric"]] = None
     lines = []

@@ -1,4 +1,4 @@
-"""What uses are measured on and with: held-out motion, manifolds, and their rivals."""
+"""What applications are measured on and with: held-out motion, manifolds, and their baselines."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ import numpy as np
 from npss.validation import Array
 from npss_baselines.manifold.applications import restore
 from npss_baselines.manifold.applications.corrupt import Corrupted
-from npss_baselines.manifold.applications.restore import LOST_AT_RANDOM, RESCALED, Windows
-from npss_baselines.manifold.evaluation.pca_size import ALL, best_sizes, truncated
-from npss_baselines.manifold.model import pca
-from npss_baselines.manifold.model.pca import PCA
+from npss_baselines.manifold.applications.method import Method
+from npss_baselines.manifold.applications.restore import LOST_AT_RANDOM, Windows
+from npss_baselines.manifold.evaluation.pca_size import ALL, Restoration, best_sizes, truncated
+from npss_baselines.manifold.model.pca import PCA, fit_pca
 from npss_baselines.manifold.model.projector import Manifold, Projector
-from npss_baselines.manifold.motion.normalization import Normalization
-from npss_baselines.manifold.motion.prepared import TEST_SUBJECTS, MotionSet
-from npss_baselines.manifold.motion.split import split
+from npss_baselines.manifold.motion.dataset import MotionSet
+from npss_baselines.manifold.motion.scaling import Scaling
+from npss_baselines.manifold.motion.split import TEST_SUBJECTS, split
 
-#: What tables and pictures call what is no manifold: of their names, it is all that stands before a comma.
-TAKEN = ("input", "linear", "pca", "pca-best", "euclidean", "extremes", "length", "chance", "original", "real")
+#: What tables and pictures call what is no manifold.
+RESERVED = ("input", "linear", "pca", "pca-best", "euclidean", "extremes", "length", "chance", "original", "real")
 
 
 @dataclass(frozen=True)
-class Bench:
-    """Manifolds, their rivals, and the motion by which they are measured.
+class Testbed:
+    """Manifolds, their baselines, and the motion by which they are measured.
 
     Attributes
     ----------
     motions : MotionSet
-        All of it, divided by subject as for training: rivals are fitted to what manifolds are trained on, and restoring
-        is measured on what is held out.
+        All of it, divided by subject as for training: baselines are fitted to what manifolds are trained on, and
+        restoring is measured on what is held out.
     manifolds : mapping of str to Manifold
-        By name, one or more; none of `TAKEN`, and without a comma. The mean of the first is what lost values become,
-        and rivals see features as it does.
+        By name, one or more; none of `RESERVED`, and without a comma. The mean of the first is what lost values
+        become, and baselines see features as it does.
     seed : int
         Of all that is random.
 
@@ -52,20 +52,20 @@ class Bench:
 
     def __post_init__(self) -> None:
         for name in self.manifolds:
-            if name in TAKEN or "," in name:
+            if name in RESERVED or "," in name:
                 raise ValueError(
                     f"manifolds: {name!r} could be taken for another method; a name has no comma and is none of "
-                    f"{', '.join(TAKEN)}"
+                    f"{', '.join(RESERVED)}"
                 )
 
     @property
-    def normalization(self) -> Normalization:
+    def scaling(self) -> Scaling:
         """That of the first manifold."""
-        return next(iter(self.manifolds.values())).normalization
+        return next(iter(self.manifolds.values())).scaling
 
     @cached_property
     def training(self) -> MotionSet:
-        """What rivals are fitted to."""
+        """What baselines are fitted to."""
         return split(self.motions).training
 
     @cached_property
@@ -82,59 +82,64 @@ class Bench:
         return Windows(self.test.windows.astype(np.float64), self.test.mask)
 
     @cached_property
-    def rival(self) -> PCA:
+    def pca(self) -> PCA:
         """Principal components of the size of the first manifold's code, or as many as training windows allow."""
         size = next(iter(self.manifolds.values())).encode(self.training.windows[:1]).size
-        return pca.fit(self.training.windows, self.normalization, n_components=size)
+        return fit_pca(self.training.windows, self.scaling, n_components=size)
 
     @cached_property
-    def best_sizes(self) -> dict[str, int]:
-        """How many components restore best, by use."""
-        return best_sizes(self.training, self.normalization, tuple(restore.USES), seed=self.seed)
+    def best_sizes(self) -> dict[Restoration, int]:
+        """How many components restore best, by what is restored and how."""
+        return best_sizes(self.training, self.scaling, tuple(restore.RESTORATIONS), seed=self.seed)
 
-    def projectors(self, use: str = "") -> dict[str, Projector]:
-        """Return what projects: ``pca``, ``pca-best`` if its size was chosen by that use, and the manifolds."""
-        size = self.best_sizes.get(use) if use else None
-        best = {} if size is None else {"pca-best": self.rival if size == ALL else truncated(self.rival, size)}
-        return {"pca": self.rival, **best, **self.manifolds}
+    def projectors(self, restoration: Restoration | None = None) -> dict[str, Projector]:
+        """Return what projects: ``pca``, ``pca-best`` if its size was chosen for that, and the manifolds."""
+        size = None if restoration is None else self.best_sizes.get(restoration)
+        best = {} if size is None else {"pca-best": self.pca if size == ALL else truncated(self.pca, size)}
+        return {"pca": self.pca, **best, **self.manifolds}
 
-    def corrupted(self, use: str) -> Corrupted:
-        """Return what a use leaves of the windows that are held out."""
-        return restore.corrupted(use, self.windows, self.normalization.mean, seed=self.seed)
+    def corrupted(self, application: str) -> Corrupted:
+        """Return what an application leaves of the windows that are held out."""
+        return restore.corrupted(application, self.windows, self.scaling.mean, seed=self.seed)
 
-    def restored(self, use: str, left: Corrupted) -> dict[str, Array]:
+    def restored(self, application: str, left: Corrupted) -> dict[Method, Array]:
         """Return what each method makes of what is left."""
-        motions: dict[str, Array] = {"input": left.features}
+        motions: dict[Method, Array] = {Method("input"): left.features}
         lost = ~left.known
         if (lost.any(axis=1) & ~lost.all(axis=1)).any():  # there is something to interpolate between
-            motions["linear"] = restore.linear(left)
+            motions[Method("linear")] = restore.linear(left)
         projected: dict[str, Array] = {}
-        for name, projector in self.projectors(use).items():
-            same = name == "pca-best" and projector is self.rival
+        for name, projector in self.projectors(Restoration(application)).items():
+            same = name == "pca-best" and projector is self.pca
             projected[name] = projected["pca"] if same else projector.project(left.features)
-        motions |= projected
+        motions |= {Method(name): motion for name, motion in projected.items()}
         del projected["pca"]
-        if use in LOST_AT_RANDOM:
-            seen = restore.rescaled(left, self.normalization.mean)
-            projectors = self.projectors(use + RESCALED)
+        if application in LOST_AT_RANDOM:
+            seen = restore.rescaled(left, self.scaling.mean)
+            projectors = self.projectors(Restoration(application, rescaled=True))
             projected = {name: projectors[name].project(seen) for name in projected}
-            motions |= {name + RESCALED: motion for name, motion in projected.items()}
+            motions |= {Method(name, "rescaled"): motion for name, motion in projected.items()}
         if lost.any():
-            motions |= {f"{name}, known kept": restore.keep_known(left, motion) for name, motion in projected.items()}
+            motions |= {
+                Method(name, "known kept"): restore.keep_known(left, motion) for name, motion in projected.items()
+            }
         return motions
 
     @cached_property
-    def _rival_signature(self) -> str:
-        return self.rival.signature
+    def _pca_signature(self) -> str:
+        return self.pca.signature
 
-    def signature_of(self, use: str, method: str) -> str | None:
+    def signature_of(self, application: str, method: Method) -> str | None:
         """Return the signature of what a method projects by; None if it does not."""
-        name = method.partition(",")[0]
-        if name == "pca-best":
-            changed = use in LOST_AT_RANDOM and method != name
-            size = min(self.best_sizes[use + RESCALED if changed else use], len(self.rival.components))
-            return f"{size} components of {self._rival_signature}"
-        return self._rival_signature if name == "pca" else getattr(self.manifolds.get(name), "signature", None)
+        if method.name == "pca-best":
+            # Where windows are rescaled, so are those whose known values are then put back.
+            rescaled = application in LOST_AT_RANDOM and bool(method.variant)
+            size = min(self.best_sizes[Restoration(application, rescaled)], len(self.pca.components))
+            return f"{size} components of {self._pca_signature}"
+        if method.name == "pca":
+            return self._pca_signature
+        manifold = self.manifolds.get(method.name)
+        return None if manifold is None else manifold.signature
 
 
 def fingerprint(motions: MotionSet) -> str:

@@ -10,10 +10,10 @@ from torch import Tensor
 from npss.validation import one_of
 from npss_baselines.manifold.model.autoencoder import Autoencoder
 
-STARTS = ("glorot", "orthonormal")
+INITIALIZATIONS = ("glorot", "orthonormal")
 
 
-def start(network: Autoencoder, how: str) -> None:
+def initialize(network: Autoencoder, how: str) -> None:
     """Set the weights; what is random is drawn from torch's global generator.
 
     Parameters
@@ -24,12 +24,12 @@ def start(network: Autoencoder, how: str) -> None:
         Leave it so, as the paper does. Or each filter sees a single frame, by an orthonormal change of basis, and if
         there are twice as many filters as inputs, each has its negative beside it: of every two frames, pooling takes
         the maximum of the one and, as it were, the minimum of the other, of which the inverse makes the mean. So before
-        any training, motion comes back averaged over the frames of a step.
+        any training, reconstructed motion is the average over the frames of a step.
 
     Raises
     ------
     ValueError
-        If there is no such start.
+        If there is no such initialization.
 
     Examples
     --------
@@ -39,14 +39,14 @@ def start(network: Autoencoder, how: str) -> None:
     >>> from npss_baselines.manifold.model.autoencoder import AutoencoderConfig
     >>> _ = torch.manual_seed(0)
     >>> network = Autoencoder(AutoencoderConfig())
-    >>> start(network, "orthonormal")
+    >>> initialize(network, "orthonormal")
     >>> motion = torch.linspace(0, 0.1, 160).view(1, 160, 1).expand(1, 160, 63)
     >>> with torch.no_grad():
     ...     error = (network.project(motion) - motion).abs().max()
     >>> bool(error < 0.01)
     True
     """
-    one_of("how", how, STARTS)
+    one_of("how", how, INITIALIZATIONS)
     if how == "orthonormal":
         with torch.no_grad():
             for layer in network.first():

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from npss.validation import Array, Float64, positive_integer
 from npss_baselines.manifold.model.projector import mirrored, motions_of
-from npss_baselines.manifold.motion.normalization import Normalization
+from npss_baselines.manifold.motion.scaling import Scaling
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,27 +28,27 @@ class PCA:
         Of the windows, normalised.
     components : (k, window * F) ndarray
         Orthonormal, the largest variance first.
-    normalization : Normalization
+    scaling : Scaling
         By which it sees features: errors count by its scale.
     """
 
     window: int
     mean: Float64
     components: Float64
-    normalization: Normalization
+    scaling: Scaling
 
     @property
     def signature(self) -> str:
         """What it is, to the bit."""
-        arrays = (self.mean, self.components, self.normalization.mean, self.normalization.scale)
+        arrays = (self.mean, self.components, self.scaling.mean, self.scaling.scale)
         digest = hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()
         return f"pca-{len(self.components)}-{digest[:12]}"
 
     def encode(self, features: npt.ArrayLike) -> Array:
         """Return the code (n, W, k) of motions (n, T, F) with W windows, float64."""
-        step, n_features = self.window // 2, len(self.normalization.mean)
+        step, n_features = self.window // 2, len(self.scaling.mean)
         motions = mirrored(motions_of(features, n_features), step, least=self.window)
-        seen = self.normalization.normalize(motions)
+        seen = self.scaling.normalize(motions)
         starts = range(0, seen.shape[1] - step, step)
         windows = np.stack([seen[:, start : start + self.window].reshape(len(seen), -1) for start in starts], axis=1)
         code: Array = (windows - self.mean) @ self.components.T
@@ -73,21 +73,21 @@ class PCA:
         for i in range(rows.shape[1]):
             total[:, i * step : i * step + self.window] += windows[:, i]
             count[i * step : i * step + self.window] += 1
-        return self.normalization.unnormalize((total / count)[:, :n_frames])
+        return self.scaling.unnormalize((total / count)[:, :n_frames])
 
     def project(self, features: npt.ArrayLike) -> Array:
         """Return the motions that motions (n, T, F) are taken to: encoded and decoded, float64."""
         return self.decode(self.encode(features), np.shape(features)[1])
 
 
-def fit(windows: npt.ArrayLike, normalization: Normalization, *, n_components: int) -> PCA:
+def fit_pca(windows: npt.ArrayLike, scaling: Scaling, *, n_components: int) -> PCA:
     """Fit principal components to windows.
 
     Parameters
     ----------
     windows : (n, T, F) array_like
         Features of motion; T is even. The padding of short clips by mirroring is part of them: windows count as wholes.
-    normalization : Normalization
+    scaling : Scaling
         That of the network it is compared with.
     n_components : int
         As many as the network's code has numbers, 20 x 256, make codes of one size. But there are no more components
@@ -108,15 +108,15 @@ def fit(windows: npt.ArrayLike, normalization: Normalization, *, n_components: i
     >>> import numpy as np
     >>> rng = np.random.default_rng(0)
     >>> windows = rng.normal(size=(20, 2)) @ rng.normal(size=(2, 160 * 6))  # two things vary
-    >>> pca = fit(windows.reshape(20, 160, 6), Normalization(np.zeros(6), np.ones(6)), n_components=5120)
+    >>> pca = fit_pca(windows.reshape(20, 160, 6), Scaling(np.zeros(6), np.ones(6)), n_components=5120)
     >>> len(pca.components)
     2
     """
-    array = motions_of(windows, len(normalization.mean), name="windows")
+    array = motions_of(windows, len(scaling.mean), name="windows")
     if array.shape[1] % 2:
         raise ValueError(f"windows: expected an even number of frames, got {array.shape[1]}")
     positive_integer("n_components", n_components)
-    rows = normalization.normalize(array).reshape(len(array), -1)
+    rows = scaling.normalize(array).reshape(len(array), -1)
     mean = rows.mean(axis=0)
     rows -= mean
     # Of the two products of the matrix with itself the smaller one has the same eigenvalues, and gives its vectors.
@@ -130,4 +130,4 @@ def fit(windows: npt.ArrayLike, normalization: Normalization, *, n_components: i
     components = vectors[:, chosen].T
     if few:
         components = components @ rows / np.sqrt(power[chosen])[:, np.newaxis]
-    return PCA(array.shape[1], mean, components, normalization)
+    return PCA(array.shape[1], mean, components, scaling)

@@ -15,10 +15,10 @@ from torch import Tensor
 from npss_baselines.manifold.model.autoencoder import TiedLayer
 
 
-class OneWindow:
+class PerWindowSGD:
     """Layers in training: reconstruct a window that is corrupted, and step down the gradient.
 
-    The same as `npss_baselines.manifold.training.loop.loss_of` of a single window, and SGD. The layers themselves stay
+    The same as `npss_baselines.manifold.training.loss.loss_of` of a single window, and SGD. The layers themselves stay
     as they were until `keep`.
 
     Parameters

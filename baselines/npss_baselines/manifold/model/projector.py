@@ -12,7 +12,7 @@ from torch import Tensor
 
 from npss.validation import Array, check_finite, positive_integer, real_array
 from npss_baselines.manifold.model.autoencoder import Autoencoder
-from npss_baselines.manifold.motion.normalization import Normalization
+from npss_baselines.manifold.motion.scaling import Scaling
 
 _AT_ONCE = 64  # windows, to bound memory
 
@@ -45,14 +45,14 @@ class Manifold:
     ----------
     network : Autoencoder
         On any device.
-    normalization : Normalization
+    scaling : Scaling
         By which it sees features.
     signature : str
         Of its weights, and of what they were trained on and how.
     """
 
     network: Autoencoder
-    normalization: Normalization
+    scaling: Scaling
     signature: str
 
     def encode(self, features: npt.ArrayLike) -> Array:
@@ -75,7 +75,7 @@ class Manifold:
             If the motions are not as described.
         """
         motions = motions_of(features, self.network.config.n_features)
-        seen = self.normalization.normalize(mirrored(motions, self.network.config.stride))
+        seen = self.scaling.normalize(mirrored(motions, self.network.config.stride))
         with torch.no_grad():
             return np.concatenate([self.network.encode(part).cpu().numpy() for part in self._parts(seen)])
 
@@ -105,7 +105,7 @@ class Manifold:
             raise ValueError(f"n_frames: {steps.shape[1]} steps are of {steps.shape[1] * config.stride} frames")
         with torch.no_grad():
             motions = [self.network.decode(part).cpu().numpy() for part in self._parts(steps)]
-        return self.normalization.unnormalize(np.concatenate(motions)[:, :n_frames])
+        return self.scaling.unnormalize(np.concatenate(motions)[:, :n_frames])
 
     def project(self, features: npt.ArrayLike) -> Array:
         """Return the motions that motions (n, T, F) are taken to: encoded and decoded, float64."""

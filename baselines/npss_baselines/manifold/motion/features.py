@@ -9,84 +9,16 @@ import numpy.typing as npt
 
 from npss.skeleton import Skeleton
 from npss.validation import Array, Float64, check_finite, each, real_array
+from npss_baselines.manifold.motion.joints import first_frame, joint_named, positions_of
 
 #: Frames per second of all prepared motion.
 FPS = 30
 #: The pairs of joints, left and right, across which a figure faces ahead.
 ACROSS = (("LeftUpLeg", "RightUpLeg"), ("LeftArm", "RightArm"))
-#: The first and the last joint of each leg.
-LEGS = (("LeftUpLeg", "LeftFoot"), ("RightUpLeg", "RightFoot"))
 #: The columns behind the positions: turn about y, velocity along x, velocity along z.
 VELOCITIES = 3
 
 _LEVEL = 1e-6  # share of the distances across that must be level: with less there is no facing direction
-
-
-def normalise_lengths(
-    positions: npt.ArrayLike, skeleton: Skeleton, *, legs: Sequence[tuple[str, str]] = LEGS
-) -> Float64:
-    """Give every bone the length that it has in a skeleton; its direction stays.
-
-    The place of the root, path and height, is scaled by the length of the legs in the skeleton over that in the
-    motion: steps keep their proportion to the legs, and feet stay near the ground.
-
-    Parameters
-    ----------
-    positions : (..., T, J, 3) array_like
-        Positions of the skeleton's joints, y up, in any unit.
-    skeleton : npss.skeleton.Skeleton
-        The lengths: those of its offsets.
-    legs : sequence of (str, str), optional
-        First and last joint of each leg. The length of a leg is that of the bones from one to the other; that of all is
-        the mean over legs, in a motion over frames too.
-
-    Returns
-    -------
-    (..., T, J, 3) ndarray of float64
-        In the unit of the skeleton.
-
-    Raises
-    ------
-    TypeError
-        If `positions` does not hold real numbers, or `legs` is no sequence.
-    ValueError
-        If the shape is another one, a position is not finite, a leg is no chain of the skeleton's bones or has no
-        length, or a joint is where its parent is and the skeleton has a bone there: names it, and the first frame.
-
-    Examples
-    --------
-    >>> from npss.skeleton import Skeleton
-    >>> leg = Skeleton(["hip", "knee", "foot"], [-1, 0, 1], [[0, 0, 0], [0, -5, 0], [0, -5, 0]])
-    >>> bent = [[[8, 8, 0], [8, 4, 0], [8, 4, -4]]]
-    >>> normalise_lengths(bent, leg, legs=[("hip", "foot")]).tolist()
-    [[[10.0, 10.0, 0.0], [10.0, 5.0, 0.0], [10.0, 5.0, -5.0]]]
-    """
-    array = _positions(positions, skeleton)
-    chains = [_chain(skeleton, *pair) for pair in each("legs", legs, "pairs of joints")]
-    if not chains:
-        raise ValueError("legs: no leg")
-    joints = list(skeleton._order[1:])
-    parents = [skeleton.parents[j] for j in joints]
-    wanted = np.linalg.norm(skeleton.offsets, axis=-1)  # (J,)
-    bones = array.copy()
-    bones[..., joints, :] -= array[..., parents, :]
-    given = np.linalg.norm(bones, axis=-1)  # (..., T, J)
-    for j in joints:
-        if wanted[j] > 0 and not given[..., j].all():
-            raise ValueError(
-                f"positions: {skeleton.names[j]} is where its parent {skeleton.names[skeleton.parents[j]]} is, "
-                f"at frame {_first(given[..., j] == 0)}; no direction, no bone"
-            )
-    leg_wanted = np.mean([wanted[chain].sum() for chain in chains])
-    leg_given = np.mean([given[..., chain].sum(axis=-1).mean() for chain in chains])
-    if not leg_wanted > 0:
-        raise ValueError("legs: they have no length in the skeleton")
-    bones[..., skeleton._order[0], :] *= leg_wanted / leg_given
-    scale = np.divide(wanted, given, out=np.zeros_like(given), where=(given > 0) & (wanted > 0))
-    bones[..., joints, :] *= scale[..., joints, np.newaxis]
-    for j, parent in zip(joints, parents, strict=True):
-        bones[..., j, :] += bones[..., parent, :]
-    return bones
 
 
 def to_features(positions: npt.ArrayLike, skeleton: Skeleton, *, across: Sequence[tuple[str, str]] = ACROSS) -> Float64:
@@ -136,7 +68,7 @@ def to_features(positions: npt.ArrayLike, skeleton: Skeleton, *, across: Sequenc
     >>> to_features(steps, figure, across=[("left", "right")])[1].round(9) + 0
     array([ 0.,  5.,  0.,  1.,  5.,  0., -1.,  5.,  0.,  0.,  0.,  1.])
     """
-    array = _positions(positions, skeleton)
+    array = positions_of(positions, skeleton)
     facing = _facing(array, skeleton, each("across", across, "pairs of joints"))  # (..., T)
     place = array[..., skeleton.parents.index(-1), :] * (1, 0, 1)
     features = np.empty((*array.shape[:-2], array.shape[-2] * 3 + VELOCITIES))
@@ -222,14 +154,15 @@ def _facing(positions: Float64, skeleton: Skeleton, pairs: Sequence[tuple[str, s
     if not pairs:
         raise ValueError("across: no pair of joints")
     vectors = [
-        positions[..., _joint("across", skeleton, left), :] - positions[..., _joint("across", skeleton, right), :]
+        positions[..., joint_named("across", skeleton, left), :]
+        - positions[..., joint_named("across", skeleton, right), :]
         for left, right in pairs
     ]
     across = np.sum(vectors, axis=0)  # (..., T, 3)
     lost = np.hypot(across[..., 0], across[..., 2]) <= _LEVEL * np.linalg.norm(vectors, axis=-1).sum(axis=0)
     if lost.any():
         raise ValueError(
-            f"positions: no facing direction at frame {_first(lost)}: seen from above, the vectors of across, "
+            f"positions: no facing direction at frame {first_frame(lost)}: seen from above, the vectors of across, "
             f"{', '.join(f'{right} to {left}' for left, right in pairs)}, cancel or vanish"
         )
     facing: Float64 = np.arctan2(-across[..., 2], across[..., 0])  # across x up
@@ -248,41 +181,9 @@ def _wrapped(angle: Float64) -> Float64:
     return np.pi - (np.pi - angle) % (2 * np.pi)
 
 
-def _positions(positions: npt.ArrayLike, skeleton: Skeleton) -> Float64:
-    array = real_array("positions", positions)
-    if array.ndim < 3 or array.shape[-2:] != (len(skeleton.names), 3) or 0 in array.shape:
-        raise ValueError(f"positions: expected shape (..., T, {len(skeleton.names)}, 3), got {array.shape}")
-    check_finite("positions", array)
-    return array.astype(np.float64)
-
-
 def _features(features: npt.ArrayLike) -> Array:
     array = real_array("features", features)
     if array.ndim < 2 or array.shape[-1] % 3 or array.shape[-1] < 3 + VELOCITIES or 0 in array.shape:
         raise ValueError(f"features: expected shape (..., T, 3 J + {VELOCITIES}), got {array.shape}")
     check_finite("features", array)
     return array
-
-
-def _joint(name: str, skeleton: Skeleton, joint: str) -> int:
-    if joint not in skeleton.names:
-        raise ValueError(f"{name}: the skeleton has no joint {joint!r}; name pairs of those that it has")
-    return skeleton.names.index(joint)
-
-
-def _chain(skeleton: Skeleton, first: str, last: str) -> list[int]:
-    """Return the joints at whose bones one gets from joint `first` down to joint `last`."""
-    top, joint = _joint("legs", skeleton, first), _joint("legs", skeleton, last)
-    chain = []
-    while joint not in (top, -1):
-        chain.append(joint)
-        joint = skeleton.parents[joint]
-    if joint == -1:
-        raise ValueError(f"legs: {last} does not hang on {first}")
-    return chain
-
-
-def _first(where: npt.NDArray[np.bool_]) -> int | tuple[int, ...]:
-    """Return the index of the first frame that is true; of a single motion, its number."""
-    index = tuple(int(i) for i in np.argwhere(where)[0])
-    return index[0] if len(index) == 1 else index

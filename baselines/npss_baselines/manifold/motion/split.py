@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from npss_baselines.manifold.motion.prepared import TEST_SUBJECTS, MotionSet
+from npss_baselines.manifold.motion.dataset import MotionSet
 
+#: Whom nothing is trained on.
+TEST_SUBJECTS = ("cmu/02", "cmu/14", "h36m/S5", "synthetic/0", "synthetic/1")
 #: By whom weights are chosen; nothing is trained on them. Where a set has none of them, it is its last subject.
 VALIDATION_SUBJECTS = ("cmu/08", "cmu/12", "h36m/S11", "synthetic/2", "synthetic/3")
 

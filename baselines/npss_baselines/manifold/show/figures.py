@@ -1,4 +1,4 @@
-"""A picture of every use."""
+"""A figure of every application."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from npss import parse_signature, signature
 from npss.records import Record
 from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.applications.interpolate import blend, interpolate
-from npss_baselines.manifold.applications.restore import USES
+from npss_baselines.manifold.applications.restore import RESTORATIONS
 from npss_baselines.manifold.applications.sample import filter_motion, sample_codes
-from npss_baselines.manifold.evaluation import measure as evaluation
-from npss_baselines.manifold.evaluation.testbed import Bench
+from npss_baselines.manifold.evaluation.similarity import labels_of, ranking
+from npss_baselines.manifold.evaluation.synthesis import first_window, priors_of
+from npss_baselines.manifold.evaluation.testbed import Testbed
+from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.features import local_positions
-from npss_baselines.manifold.motion.prepared import MotionSet
-from npss_baselines.manifold.show import pictures
+from npss_baselines.manifold.show import drawing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,63 +51,70 @@ def window_of(motions: MotionSet, clip: str | None) -> int:
     return int(np.flatnonzero(motions.clip_of == clip_named(motions, clip))[0])
 
 
-def restoration(bench: Bench, use: str, *, clip: str | None = None) -> Figure:
+def restoration(testbed: Testbed, application: str, *, clip: str | None = None) -> Figure:
     """Draw a held-out window: as it was, what was left of it, and what methods make of that."""
-    window = window_of(bench.test, clip)
-    left = bench.corrupted(use)
-    of_window = Corrupted(left.features[[window]], left.known[[window]])
-    rows = {"original": bench.windows.features[[window]], **bench.restored(use, of_window)}
-    if use == "project":
+    window = window_of(testbed.test, clip)
+    left = testbed.corrupted(application)
+    window_left = Corrupted(left.features[[window]], left.known[[window]])
+    restored = testbed.restored(application, window_left)
+    rows = {"original": testbed.windows.features[[window]]} | {
+        str(method): motion for method, motion in restored.items()
+    }
+    if application == "project":
         del rows["input"]
     if "pca-best" in rows:
         del rows["pca"]
-    n_frames = int(bench.test.mask[window].sum())
+    n_frames = int(testbed.test.mask[window].sum())
     drawn = {name: local_positions(motion[0, :n_frames]) for name, motion in rows.items()}
-    return pictures.strips(drawn, f"{use}: {USES[use]}", f"{_said(bench.test, bench.test.clip_of[window])}; held out")
-
-
-def interpolation(bench: Bench, clips: Sequence[int] | None = None) -> Figure:
-    """Draw two motions, and what is between them."""
-    motions = bench.motions
-    chosen = _pair(motions) if clips is None else clips
-    first, second = (evaluation.first_window(motions, clip) for clip in chosen)
-    rows = {motions.clips[chosen[0]].name: first, "linear, 0.5": blend(first, second, 0.5)}
-    for name, projector in bench.projectors().items():
-        shares = (0.25, 0.5, 0.75) if name in bench.manifolds else (0.5,)
-        rows |= {f"{name}, {share:g}": interpolate(projector, first, second, share) for share in shares}
-    rows[motions.clips[chosen[1]].name] = second
-    return pictures.strips(
-        {name: local_positions(motion[0]) for name, motion in rows.items()},
-        "numbers are shares of the second",
-        *(_said(motions, clip) for clip in chosen),
+    return drawing.strips(
+        drawn,
+        f"{application}: {RESTORATIONS[application]}",
+        f"{_caption(testbed.test, testbed.test.clip_of[window])}; held out",
     )
 
 
-def samples(bench: Bench) -> Figure:
+def interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> Figure:
+    """Draw two motions, and what is between them."""
+    motions = testbed.motions
+    chosen = _pair(motions) if clips is None else clips
+    first, second = (first_window(motions, clip) for clip in chosen)
+    rows = {motions.clips[chosen[0]].name: first, "linear, 0.5": blend(first, second, 0.5)}
+    for name, projector in testbed.projectors().items():
+        shares = (0.25, 0.5, 0.75) if name in testbed.manifolds else (0.5,)
+        rows |= {f"{name}, {share:g}": interpolate(projector, first, second, share) for share in shares}
+    rows[motions.clips[chosen[1]].name] = second
+    return drawing.strips(
+        {name: local_positions(motion[0]) for name, motion in rows.items()},
+        "numbers are shares of the second",
+        *(_caption(motions, clip) for clip in chosen),
+    )
+
+
+def samples(testbed: Testbed) -> Figure:
     """Draw samples, a row for each manner of drawing codes."""
-    windows = bench.training.windows
-    rows = {"real": windows[window_of(bench.training, None)]}
-    for name, projector in bench.projectors().items():
+    windows = testbed.training.windows
+    rows = {"real": windows[window_of(testbed.training, None)]}
+    for name, projector in testbed.projectors().items():
         codes = projector.encode(windows)
-        for prior in evaluation.priors_of(bench, name):
-            drawn = sample_codes(codes, 1, prior=prior, seed=bench.seed)
+        for prior in priors_of(testbed, name):
+            drawn = sample_codes(codes, 1, prior=prior, seed=testbed.seed)
             rows[f"{name}, {prior}"] = projector.decode(drawn, windows.shape[1])[0]
-    return pictures.strips(
+    return drawing.strips(
         {name: local_positions(motion) for name, motion in rows.items()},
         "uniform: each unit at each step from [-1, 1]; range: between its least and its greatest value; values: "
         "from the values that it takes",
     )
 
 
-def filters(bench: Bench, units: Sequence[int] | None = None) -> Figure:
+def filters(testbed: Testbed, units: Sequence[int] | None = None) -> Figure:
     """Draw what the first manifold makes of single hidden units: by default of those that vary most."""
-    name, manifold = next(iter(bench.manifolds.items()))
-    codes = manifold.encode(bench.training.windows)
+    name, manifold = next(iter(testbed.manifolds.items()))
+    codes = manifold.encode(testbed.training.windows)
     if units is None:
         units = [int(unit) for unit in codes.std(axis=(0, 1)).argsort()[::-1][:DRAWN]]
-    n_frames = bench.training.windows.shape[1]
+    n_frames = testbed.training.windows.shape[1]
     rows = {f"unit {unit}": filter_motion(manifold, codes.shape[1:], unit, n_frames) for unit in units}
-    return pictures.strips(
+    return drawing.strips(
         {name: local_positions(motion) for name, motion in rows.items()},
         f"{name}: what a single hidden unit at one step adds to the motion of a code of zeros, enlarged",
     )
@@ -114,51 +122,51 @@ def filters(bench: Bench, units: Sequence[int] | None = None) -> Figure:
 
 def whole_clips(motions: MotionSet, clips: Sequence[int], *notes: str) -> Figure:
     """Draw whole clips."""
-    of = evaluation.labels_of(motions)
-    rows = {f"{motions.clips[i].name} {of[i]}": local_positions(motions.features[i]) for i in clips}
-    return pictures.strips(rows, "each row is a whole clip, of its own length", *notes)
+    actions = labels_of(motions)
+    rows = {f"{motions.clips[i].name} {actions[i]}": local_positions(motions.features[i]) for i in clips}
+    return drawing.strips(rows, "each row is a whole clip, of its own length", *notes)
 
 
 def retrieval(records: Iterable[Record]) -> Figure:
-    """Draw the mean average precision of every method, by what is to be found, from `evaluation.nearness`."""
+    """Draw the mean average precision of every method, by what is to be found, from the records of `nearness`."""
     values: dict[str, dict[str, float]] = {}
     lines: dict[str, None] = {}
     for record in records:
-        if record["use"] == "nearest" and record["metric"] == "map":
+        if record["application"] == "nearest" and record["metric"] == "map":
             stated = parse_signature(record["signature"])
             stated.pop("model", None)
             lines[signature(**stated)] = None
             values.setdefault(record["method"], {})[f"{stated['source']}, {stated['matches']}"] = record["value"]
-    return pictures.bars(values, "mean average precision", *lines)
+    return drawing.bars(values, "mean average precision", *lines)
 
 
 def _pair(motions: MotionSet) -> tuple[int, int]:
     """Return two clips with whole windows: `PAIR` where it is there and a walk, or the first two."""
     clips = list(dict.fromkeys(int(motions.clip_of[i]) for i in np.flatnonzero(motions.mask.all(axis=1))))
-    of = evaluation.labels_of(motions)
+    actions = labels_of(motions)
     first = next((clip for clip in clips if motions.clips[clip].name == PAIR), clips[0])
     others = [clip for clip in clips if clip != first]
     if not others:
         raise ValueError("CLIP: to interpolate, it takes whole windows of two clips")
-    return first, next((clip for clip in others if of[clip] == "walk"), others[0])
+    return first, next((clip for clip in others if actions[clip] == "walk"), others[0])
 
 
-def all_pictures(bench: Bench, records: Sequence[Record]) -> Iterator[tuple[str, Figure]]:
-    """Yield a picture of every use, by its name, and one of the table's retrieval if there was any."""
-    for use in USES:
-        yield use, restoration(bench, use)
-    yield "interpolate", interpolation(bench)
-    yield "sample", samples(bench)
-    yield "filters", filters(bench)
-    query = bench.test.clips[0]
-    index = clip_named(bench.motions, f"{query.source}/{query.name}")
-    name = next(iter(bench.manifolds))
-    nearest = [record["index"] for record in evaluation.ranking(bench, index, 5) if record["method"] == name]
-    yield "nearest", whole_clips(bench.motions, [index, *nearest], f"nearest to the first by G of {name}")
-    if any(record["use"] == "nearest" for record in records):
+def all_figures(testbed: Testbed, records: Sequence[Record]) -> Iterator[tuple[str, Figure]]:
+    """Yield a figure of every application, by its name, and one of the table's retrieval if there was any."""
+    for application in RESTORATIONS:
+        yield application, restoration(testbed, application)
+    yield "interpolate", interpolation(testbed)
+    yield "sample", samples(testbed)
+    yield "filters", filters(testbed)
+    query = testbed.test.clips[0]
+    index = clip_named(testbed.motions, f"{query.source}/{query.name}")
+    name = next(iter(testbed.manifolds))
+    nearest = [record["index"] for record in ranking(testbed, index, 5) if record["method"] == name]
+    yield "nearest", whole_clips(testbed.motions, [index, *nearest], f"nearest to the first by G of {name}")
+    if any(record["application"] == "nearest" for record in records):
         yield "retrieval", retrieval(records)
 
 
-def _said(motions: MotionSet, clip: int) -> str:
+def _caption(motions: MotionSet, clip: int) -> str:
     what = motions.clips[clip]
     return f"{what.source} {what.name}: {what.description}"

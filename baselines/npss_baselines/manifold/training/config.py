@@ -15,9 +15,9 @@ import jsonargparse
 from npss.validation import each, one_of, positive_number
 from npss_baselines.data.windows import checked_seed
 from npss_baselines.manifold.model.autoencoder import AutoencoderConfig
-from npss_baselines.manifold.model.initialization import STARTS
-from npss_baselines.manifold.motion.normalization import SCALES
-from npss_baselines.manifold.motion.prepared import MotionSet
+from npss_baselines.manifold.model.initialization import INITIALIZATIONS
+from npss_baselines.manifold.motion.dataset import MotionSet
+from npss_baselines.manifold.motion.scaling import SCALES
 from npss_baselines.manifold.training.recipe import RECIPES, Recipe, Stage
 from npss_baselines.runs.config import FILE, NOTES, check_fields, stated_in, there_are, write
 
@@ -74,7 +74,7 @@ class Configuration:
         The network.
     scale : str
     size : float
-        Of the features: see `npss_baselines.manifold.motion.normalization`.
+        Of the features: see `npss_baselines.manifold.motion.scaling`.
     loss : {'mean', 'sum'}
         Of the squared errors of a window's values, and of the magnitudes of its hidden units.
     start : str
@@ -115,7 +115,7 @@ class Configuration:
         one_of("scale", self.scale, SCALES)
         positive_number("size", self.size)
         one_of("loss", self.loss, LOSSES)
-        one_of("start", self.start, STARTS)
+        one_of("start", self.start, INITIALIZATIONS)
         one_of("select", self.select, SELECT)
         checked_seed(self.seed)
         if not isinstance(self.quick, bool):
@@ -233,7 +233,7 @@ def parser_of(known: Configuration) -> jsonargparse.ArgumentParser:
         "--size", type=float, help="what their standard deviation then is, or by what they are multiplied"
     )
     parser.add_argument("--loss", choices=LOSSES, help="of the squared errors of a window's values")
-    parser.add_argument("--start", choices=STARTS, help="the weights at first")
+    parser.add_argument("--start", choices=INITIALIZATIONS, help="the weights at first")
     parser.add_argument("--seed", type=int, help="of the initial weights and of every iteration")
     parser.add_argument(
         "--select", choices=SELECT, help="which weights are kept: best on the validation subjects, or the last ones"

@@ -10,7 +10,7 @@ import torch
 
 from npss_baselines.manifold.model.autoencoder import Autoencoder
 from npss_baselines.manifold.model.projector import Manifold
-from npss_baselines.manifold.motion.normalization import Normalization
+from npss_baselines.manifold.motion.scaling import Scaling
 from npss_baselines.manifold.training import config
 from npss_baselines.manifold.training.config import Configuration
 from npss_baselines.runs import weights
@@ -30,7 +30,7 @@ class Run:
     projector : Manifold
         On the CPU.
     measured : dict
-        What was measured when it was kept: see `npss_baselines.manifold.training.loop.train`.
+        What was measured when it was kept: see `npss_baselines.manifold.training.trainer.train`.
     """
 
     configuration: Configuration
@@ -41,11 +41,11 @@ class Run:
 def save(
     folder: Path,
     network: Autoencoder,
-    normalization: Normalization,
+    scaling: Scaling,
     measured: dict[str, Any],
 ) -> None:
     """Write the weights, the statistics by which the network sees features and, in the header, what it is worth."""
-    statistics = {"mean": normalization.mean, "scale": normalization.scale}
+    statistics = {"mean": scaling.mean, "scale": scaling.scale}
     weights.save(folder, _PART, network, statistics, measured)
 
 
@@ -73,4 +73,4 @@ def load(path: Path) -> Run:
     shapes = dict.fromkeys(("mean", "scale"), (configuration.model.n_features,))
     stored = weights.load(path, _PART, network, shapes, configuration, "in its last phase, after each epoch")
     signature = f"manifold-{stored.digest[:12]}"
-    return Run(configuration, Manifold(network.eval(), Normalization(**stored.statistics), signature), stored.measured)
+    return Run(configuration, Manifold(network.eval(), Scaling(**stored.statistics), signature), stored.measured)

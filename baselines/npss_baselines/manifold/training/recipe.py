@@ -107,7 +107,7 @@ class Recipe:
     Parameters
     ----------
     scale : {'none', 'global', 'kind', 'feature'}
-        Of the features: see `npss_baselines.manifold.motion.normalization`.
+        Of the features: see `npss_baselines.manifold.motion.scaling`.
     size : float
         What their standard deviation becomes, or by what they are multiplied if the scale is none.
     loss : {'mean', 'sum'}

@@ -16,7 +16,7 @@ _VELOCITIES = 3  # the last features of a frame: about Y, and along X and Z
 
 
 @dataclass(frozen=True, eq=False)
-class Normalization:
+class Scaling:
     """Mean and scale of features, which are float64.
 
     Attributes
@@ -39,7 +39,7 @@ class Normalization:
         return features
 
 
-def normalization(windows: npt.ArrayLike, mask: npt.ArrayLike, scale: str, size: float = 1.0) -> Normalization:
+def fit_scaling(windows: npt.ArrayLike, mask: npt.ArrayLike, scale: str, size: float = 1.0) -> Scaling:
     """Compute the statistics of all frames that are not masked.
 
     Parameters
@@ -63,7 +63,7 @@ def normalization(windows: npt.ArrayLike, mask: npt.ArrayLike, scale: str, size:
     --------
     >>> import numpy as np
     >>> windows = np.random.default_rng(0).normal(3, [2, 2, 2, 4, 5, 6], (10, 160, 6))
-    >>> normalization(windows, np.full((10, 160), True), "kind").scale.round()
+    >>> fit_scaling(windows, np.full((10, 160), True), "kind").scale.round()
     array([2., 2., 2., 4., 5., 6.])
     """
     one_of("scale", scale, SCALES)
@@ -78,4 +78,4 @@ def normalization(windows: npt.ArrayLike, mask: npt.ArrayLike, scale: str, size:
         power = np.full_like(power, power.mean())
     elif scale == "kind":
         power[:-_VELOCITIES] = power[:-_VELOCITIES].mean()
-    return Normalization(mean, np.where(power > 0, np.sqrt(power), 1.0) / size)
+    return Scaling(mean, np.where(power > 0, np.sqrt(power), 1.0) / size)

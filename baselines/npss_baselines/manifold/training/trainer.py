@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,114 +11,26 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from npss_baselines.manifold.model.autoencoder import Autoencoder, TiedLayer
-from npss_baselines.manifold.model.initialization import start
-from npss_baselines.manifold.model.per_window_sgd import OneWindow
+from npss_baselines.manifold.model.autoencoder import Autoencoder
+from npss_baselines.manifold.model.initialization import initialize
+from npss_baselines.manifold.model.per_window_sgd import PerWindowSGD
+from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.features import local_positions
 from npss_baselines.manifold.motion.measures import joint_error
-from npss_baselines.manifold.motion.normalization import normalization
-from npss_baselines.manifold.motion.prepared import MotionSet
+from npss_baselines.manifold.motion.scaling import fit_scaling
 from npss_baselines.manifold.training import folder
 from npss_baselines.manifold.training.config import Configuration, Phase
+from npss_baselines.manifold.training.loss import loss_of
+from npss_baselines.manifold.training.schedule import Place, Schedule
 from npss_baselines.runs import metrics
 from npss_baselines.runs.fitting import Resumable, fit, torch_seed
 
 #: Numbers by name, and the name of the phase: what is measured after an epoch.
 Row = dict[str, Any]
 
-#: Windows, about, of one step of Lightning: a chunk of batches, because its own work would take longer than the paper's
-#: batches of a single window. What is random in a chunk is drawn from the seed, the phase and the number of the chunk.
-CHUNK = 256
 #: Chunks between two checkpoints, at most.
 CHECKPOINT_EVERY = 20
 _AT_ONCE = 64  # windows, where nothing is trained
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where training is."""
-
-    phase: int
-    epoch: int
-    chunk: int  # of the epoch
-
-
-class Schedule:
-    """What each chunk of a run is of.
-
-    Parameters
-    ----------
-    phases : sequence of Phase
-        What training does.
-    n_windows : int
-        That are trained on.
-    """
-
-    def __init__(self, phases: Sequence[Phase], n_windows: int) -> None:
-        self._n_windows = n_windows
-        self.batches = [math.ceil(n_windows / phase.stage.batch) for phase in phases]
-        self.chunk = [max(1, CHUNK // phase.stage.batch) for phase in phases]  # batches
-        self.chunks = [math.ceil(batches / chunk) for batches, chunk in zip(self.batches, self.chunk, strict=True)]
-        epochs = [phase.stage.epochs for phase in phases]
-        self._ends = list(itertools.accumulate(n * of for n, of in zip(self.chunks, epochs, strict=True)))
-
-    def __len__(self) -> int:
-        """Return the number of chunks."""
-        return self._ends[-1]
-
-    def __getitem__(self, step: int) -> Place:
-        """Return where a chunk is, counted from 0."""
-        phase = next(i for i, end in enumerate(self._ends) if step < end)
-        epoch, chunk = divmod(step - (self._ends[phase - 1] if phase else 0), self.chunks[phase])
-        return Place(phase, epoch, chunk)
-
-
-def loss_of(
-    layers: Sequence[TiedLayer],
-    windows: Tensor,
-    of_frames: Tensor,
-    of_steps: Tensor,
-    *,
-    corruption: float,
-    sparsity: float,
-    random: bool,
-    rescale: bool = False,
-) -> Tensor:
-    """Return the loss of a batch: the mean over windows of their weighted squared errors and sparsity.
-
-    Parameters
-    ----------
-    layers : sequence of TiedLayer
-        In training, from what the windows are on.
-    windows : (B, T, F) Tensor
-        What is reconstructed, from a corrupted copy.
-    of_frames : (B, T, 1) Tensor
-        Weights of the squared errors of frames; 0 where a window is padded.
-    of_steps : (B, T', 1) Tensor
-        Weights of the magnitudes of the last layer's hidden units.
-    corruption : float
-        Probability with which an input value is set to zero. Drawn from torch's global generator.
-    sparsity : float
-        Weight of these magnitudes.
-    random : bool
-        Whether the last layer is unpooled to one place by chance.
-    rescale : bool, optional
-        Whether the input values that are left are divided by 1 - `corruption`.
-
-    Returns
-    -------
-    () Tensor
-        The loss.
-    """
-    values = windows * torch.empty_like(windows).bernoulli_(1 - corruption)
-    if rescale:
-        values = values / (1 - corruption)
-    for layer in layers:
-        values = layer(values)
-    loss = sparsity * (values.abs() * of_steps).sum() if sparsity else windows.new_zeros(())
-    for layer in reversed(layers):
-        values = layer.inverse(values, "random" if random and layer is layers[-1] else None)
-    return (loss + ((values - windows).square() * of_frames).sum()) / len(windows)
 
 
 class Training(Resumable):
@@ -153,23 +63,21 @@ class Training(Resumable):
         self.phases = phases
         self.schedule = schedule
         self.validation_set = validation_set
-        self.normalization = normalization(
-            training_set.windows, training_set.mask, configuration.scale, configuration.size
-        )
+        self.scaling = fit_scaling(training_set.windows, training_set.mask, configuration.scale, configuration.size)
         self.windows, self.validation_windows = (
-            torch.from_numpy(self.normalization.normalize(motion.windows).astype(np.float32))
+            torch.from_numpy(self.scaling.normalize(motion.windows).astype(np.float32))
             for motion in (training_set, validation_set)
         )
         self.mask = torch.from_numpy(training_set.mask)
         torch.manual_seed(configuration.seed)
         self.network = Autoencoder(configuration.model)
-        start(self.network, configuration.start)
+        initialize(self.network, configuration.start)
         #: One for each epoch.
         self.rows: list[Row] = []
         self.losses: list[tuple[float, int]] = []  # since the last row: mean of a chunk, and its windows
         self._phase = -1  # the one that `_begin` has prepared
         self._seen = self._of_frames = self._of_steps = torch.empty(0)
-        self._one_window: OneWindow | None = None
+        self._sgd: PerWindowSGD | None = None
 
     def train_dataloader(self) -> Iterator[Tensor]:
         """Return the windows of the chunks that are left, by number."""
@@ -201,8 +109,8 @@ class Training(Resumable):
             share = (place.chunk * self.schedule.chunk[place.phase] + i) / self.schedule.batches[place.phase]
             lr = phase.stage.learning_rate(place.epoch, share)
             total += len(batch) * self._step(phase, batch, optimizer, lr)
-        if self._one_window is not None:
-            self._one_window.keep()
+        if self._sgd is not None:
+            self._sgd.keep()
         optimizer.zero_grad()
         counted.step()  # changes nothing, and counts the chunk
         loss = total.item() / len(chunk)
@@ -214,9 +122,9 @@ class Training(Resumable):
 
     def _step(self, phase: Phase, batch: Tensor, optimizer: torch.optim.Optimizer, lr: float) -> Tensor:
         """Train on a batch, and return its loss."""
-        if self._one_window is not None:
+        if self._sgd is not None:
             i = int(batch)
-            return self._one_window.step(self._seen[i], self._of_frames[i], self._of_steps[i], lr)
+            return self._sgd.step(self._seen[i], self._of_frames[i], self._of_steps[i], lr)
         stage = phase.stage
         parameters = self._in_training(phase)
         loss = loss_of(
@@ -249,10 +157,10 @@ class Training(Resumable):
         mean = self.configuration.loss == "mean"
         self._of_frames = _weights(self.mask, pool**phase.first, self._seen.shape[2], mean=mean).to(self.device)
         self._of_steps = _weights(self.mask, pool**phase.depth, layers[-1].bias.numel(), mean=mean).to(self.device)
-        self._one_window = None
+        self._sgd = None
         plain = stage.optimizer == "sgd" and stage.clip_norm is None and not stage.rescale
         if stage.batch == 1 and plain and pool == 2:
-            self._one_window = OneWindow(
+            self._sgd = PerWindowSGD(
                 layers,
                 self._seen.shape[1],
                 corruption=stage.corruption,
@@ -290,7 +198,7 @@ class Training(Resumable):
         try:
             error = self._error(phase.depth)
         except ValueError as nothing:  # the last step may have been the one, of which no loss tells
-            raise _diverged(phase, done, f"of the windows that come back, {nothing}") from nothing
+            raise _diverged(phase, done, f"of the reconstructed windows, {nothing}") from nothing
         n = sum(windows for _, windows in self.losses)
         row: Row = {
             "phase": phase.name,
@@ -302,7 +210,7 @@ class Training(Resumable):
         self.losses = []
         self.rows.append(row)
         if done.phase == len(self.phases) - 1 and row is best(self.rows, self.configuration.select):
-            folder.save(self.out, self.network, self.normalization, row)
+            folder.save(self.out, self.network, self.scaling, row)
         metrics.write(self.out, self.rows)
         self.log_row(row)
 
@@ -312,7 +220,7 @@ class Training(Resumable):
             parts = torch.split(self.validation_windows.to(self.device), _AT_ONCE)
             seen = np.concatenate([self.network.project(part, depth).cpu().numpy() for part in parts])
         motion = self.validation_set
-        projected = local_positions(self.normalization.unnormalize(seen))
+        projected = local_positions(self.scaling.unnormalize(seen))
         return joint_error(local_positions(motion.windows), projected, motion.mask)
 
 
