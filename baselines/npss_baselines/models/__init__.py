@@ -1,4 +1,4 @@
-"""The models of the NPSS paper and its rivals: see `npss_baselines.models.registry`."""
+"""The models of the NPSS paper and its baselines: see `npss_baselines.models.registry`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The models of the NPSS paper and its rivals, by name, each with the recipe by which it was trained."""
+"""The models of the NPSS paper and its baselines, by name, each with the recipe by which it was trained."""
 
 from __future__ import annotations
 
