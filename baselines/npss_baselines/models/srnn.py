@@ -103,8 +103,8 @@ class SRNN(MotionModel):
     def begin(self, label: Tensor, n_steps: int) -> SRNNState:
         """Return the state before the first frame: zeros, for whatever label and number of steps."""
         at = ((self.torso_arm, 3), (self.torso_leg, 3), (self.arm_arm, 2), (self.leg_leg, 2))
-        of = ((self.torso, 1), (self.arm, 2), (self.leg, 2))
-        return tuple(rnn.lstm.begin(label, len(label), n) for rnn, n in (*at, *of))
+        parts = ((self.torso, 1), (self.arm, 2), (self.leg, 2))
+        return tuple(rnn.lstm.begin(label, len(label), n) for rnn, n in (*at, *parts))
 
     def step(self, pose: Tensor, state: SRNNState) -> tuple[Tensor, SRNNState]:
         """Read a frame."""

@@ -142,5 +142,5 @@ def going_on(folders: Sequence[Path], arguments: Sequence[str]) -> Iterator[None
     except OSError as error:
         if error.strerror is None or not how():
             raise
-        of = "" if error.filename is None else f"{error.filename}: "
-        raise OSError(error.errno, f"{of}{error.strerror}{how()}") from error
+        file = "" if error.filename is None else f"{error.filename}: "
+        raise OSError(error.errno, f"{file}{error.strerror}{how()}") from error

@@ -55,8 +55,9 @@ class Training(Resumable):
         self.configuration = members[0].configuration
         self.recipe = recipe
         for member in members[1:]:
-            one = member.configuration
-            if replace(self.configuration, actions=one.actions, validate_on=one.validate_on, seed=one.seed) != one:
+            other = member.configuration
+            own = {name: getattr(other, name) for name in ("actions", "validate_on", "seed")}
+            if replace(self.configuration, **own) != other:
                 raise ValueError(f"runs: {member.out} differs from {members[0].out} in more than actions and seed")
         self._captured: list[Captured] = []
         self._captured_at: object = None
@@ -88,9 +89,9 @@ class Training(Resumable):
         """Return the sum of the losses of an iteration."""
         captured = self.device.type == "cuda" and self.recipe.npss_weight == 0
         parts = self._replay(batches) if captured else self._run(batches)
-        for member, of_member in zip(self._members(), parts, strict=True):
-            member.keep(of_member)
-        total = torch.stack([of_member["loss"] for of_member in parts]).sum()
+        for member, losses in zip(self._members(), parts, strict=True):
+            member.keep(losses)
+        total = torch.stack([losses["loss"] for losses in parts]).sum()
         if self.trainer.progress_bar_callback is not None:
             self.log("loss", total / len(parts), prog_bar=True, logger=False)
         return total

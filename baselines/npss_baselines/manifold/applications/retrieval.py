@@ -42,9 +42,9 @@ class Retrieved:
 
     def mean_of_labels(self, labels: Sequence[str]) -> tuple[float, float]:
         """Return the same as the mean over labels of the mean over the queries of each: frequent ones weigh no more."""
-        of = np.asarray(labels)
+        names = np.asarray(labels)
         asked = np.isfinite(self.precision)
-        chosen = [asked & (of == label) for label in dict.fromkeys(of[asked])]
+        chosen = [asked & (names == label) for label in dict.fromkeys(names[asked])]
         means = [[values[queries].mean() for queries in chosen] for values in (self.precision, self.nearest)]
         return float(np.mean(means[0])), float(np.mean(means[1]))
 
@@ -147,9 +147,9 @@ def auc(distances: npt.ArrayLike, labels: Sequence[str]) -> float:
     >>> auc([[0, 1, 5], [1, 0, 1], [5, 1, 0]], ["walk", "walk", "run"])  # 1 against 5 and 1
     0.75
     """
-    of = np.asarray(labels)
-    first, second = np.triu_indices(len(of), 1)
-    alike = of[first] == of[second]
+    names = np.asarray(labels)
+    first, second = np.triu_indices(len(names), 1)
+    alike = names[first] == names[second]
     if not alike.any():
         return float("nan")
     far = np.asarray(distances)[first, second]
@@ -181,10 +181,10 @@ def closest_windows(vectors: npt.ArrayLike, clip_of: npt.ArrayLike, n_clips: int
     array([[0., 2.],
            [2., 0.]])
     """
-    of = np.asarray(clip_of)
+    clips = np.asarray(clip_of)
     by_window = distances_of(vectors)
     smallest = np.full((n_clips, n_clips), np.inf)
-    np.minimum.at(smallest, (of[:, np.newaxis], of), by_window)
+    np.minimum.at(smallest, (clips[:, np.newaxis], clips), by_window)
     if np.isinf(smallest).any():
         raise ValueError(f"clip_of: not every clip of {n_clips} has a window")
     return smallest
@@ -208,14 +208,14 @@ def _pairs(
 ) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
     """Return which clips (columns) each query (row) is to find, and among which."""
     one_of("matches", matches, MATCHES)
-    of, who = np.asarray(labels), np.asarray(subjects)
-    if of.ndim != 1 or of.shape != who.shape:
-        raise ValueError(f"subjects: {len(who)} of them for {len(of)} labels")
-    if (of == "").any():
-        raise ValueError(f"labels: the clip at index {int((of == '').argmax())} has none; leave it out")
-    alike = of[:, np.newaxis] == of
-    known = (who != "")[:, np.newaxis] & (who != "")
+    names, who = np.asarray(labels), np.asarray(subjects)
+    if names.ndim != 1 or names.shape != who.shape:
+        raise ValueError(f"subjects: {len(who)} of them for {len(names)} labels")
+    if (names == "").any():
+        raise ValueError(f"labels: the clip at index {int((names == '').argmax())} has none; leave it out")
+    alike = names[:, np.newaxis] == names
+    named = (who != "")[:, np.newaxis] & (who != "")
     same = who[:, np.newaxis] == who
-    wanted = {"any": np.ones_like(alike), "same subject": known & same, "other subject": known & ~same}[matches]
-    right = alike & wanted & ~np.eye(len(of), dtype=bool)
+    wanted = {"any": np.ones_like(alike), "same subject": named & same, "other subject": named & ~same}[matches]
+    right = alike & wanted & ~np.eye(len(names), dtype=bool)
     return right, right | ~alike

@@ -34,10 +34,10 @@ def nearness(testbed: Testbed) -> Iterator[Record]:
     ValueError
         If a clip is of a source that is not in `TOGETHER`: names it.
     """
-    known = [source for sources in TOGETHER.values() for source in sources]
-    if unknown := sorted({clip.source for clip in testbed.motions.clips} - set(known)):
+    named = [source for sources in TOGETHER.values() for source in sources]
+    if unknown := sorted({clip.source for clip in testbed.motions.clips} - set(named)):
         raise ValueError(
-            f"motions: it is not known what actions are called in {unknown[0]!r}, only in {', '.join(known)}"
+            f"motions: it is not known what actions are called in {unknown[0]!r}, only in {', '.join(named)}"
         )
     for name, sources in TOGETHER.items():
         if any(clip.source in sources for clip in testbed.motions.clips):

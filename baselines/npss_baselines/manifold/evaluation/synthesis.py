@@ -108,14 +108,14 @@ def validity(motion: Array, mask: measures.Mask | None = None) -> dict[str, floa
 def pairs(motions: MotionSet, n: int, *, seed: Seed) -> tuple[Array, Array]:
     """Draw pairs of whole windows ``(n, T, F)``, the two of a pair of different clips."""
     whole = np.flatnonzero(motions.mask.all(axis=1))
-    of = motions.clip_of[whole]
-    if len(set(of)) < 2:
+    clips = motions.clip_of[whole]
+    if len(set(clips)) < 2:
         raise ValueError("motions: to interpolate, it takes whole windows of two clips or more")
     chosen: list[tuple[int, int]] = []
     rng = generator(seed)
     while len(chosen) < n:
         first, second = rng.integers(len(whole), size=2)
-        if of[first] != of[second]:
+        if clips[first] != clips[second]:
             chosen.append((whole[first], whole[second]))
     first, second = np.array(chosen).T
     return motions.windows[first].astype(np.float64), motions.windows[second].astype(np.float64)

@@ -54,13 +54,13 @@ def listing(records: Sequence[Record], *, markdown: bool = False) -> str:
 
 def _heading(record: Record) -> str:
     """Return what a record is about: records with the same are in one table."""
-    application, stated = record["application"], parse_signature(record["signature"])
+    application, fields = record["application"], parse_signature(record["signature"])
     if application in ("distance", "nearest"):
-        what = f"{application}: {stated['clips']} clips of {stated['source']}, {stated['actions']} actions"
+        what = f"{application}: {fields['clips']} clips of {fields['source']}, {fields['actions']} actions"
         return (
             what
             if application == "distance"
-            else f"{what}; {stated['queries']} queries, to be found: {stated['matches']}"
+            else f"{what}; {fields['queries']} queries, to be found: {fields['matches']}"
         )
     details = RESTORATIONS | {
         "interpolate": "pairs of windows",
@@ -104,15 +104,15 @@ def _signatures(records: Sequence[Record]) -> list[str]:
     metrics: dict[str, dict[str, None]] = {}
     models: dict[str, dict[str, str]] = {}  # by the method's name, by what it projects by, the first that does
     for record in records:
-        stated = parse_signature(record["signature"])
-        if model := stated.pop("model", None):
+        fields = parse_signature(record["signature"])
+        if model := fields.pop("model", None):
             models.setdefault(Method.parse(record["method"]).name, {}).setdefault(model, record["method"])
-        shared = signature(**{**stated, "metric": "npss", "convention": "paper"})
-        metrics.setdefault(shared, {})[stated["metric"]] = None
+        shared = signature(**{**fields, "metric": "npss", "convention": "paper"})
+        metrics.setdefault(shared, {})[fields["metric"]] = None
     lines = []
     for shared, names in metrics.items():
-        stated = parse_signature(shared) | {"metric": "+".join(names)}
-        lines.append(signature(**stated | ({} if "npss" in names else {"convention": None})))
+        fields = parse_signature(shared) | {"metric": "+".join(names)}
+        lines.append(signature(**fields | ({} if "npss" in names else {"convention": None})))
     for name, methods in models.items():  # the best size of principal components depends on what they see
         lines += [f"model of {method if len(methods) > 1 else name}: {model}" for model, method in methods.items()]
     return lines

@@ -60,11 +60,11 @@ def resample(positions: npt.ArrayLike, fps: float, to: float = FPS) -> Float64:
     >>> resample([[0.0], [1.0], [2.0], [3.0], [4.0], [5.0]], fps=60).ravel().round(9).tolist()
     [0.0, 2.0, 4.0]
     """
-    given = real_array("positions", positions)
-    if given.ndim == 0 or 0 in given.shape:
-        raise ValueError(f"positions: expected shape (T, J, 3), got {given.shape}")
-    check_finite("positions", given)
-    array = given.astype(np.float64)
+    values = real_array("positions", positions)
+    if values.ndim == 0 or 0 in values.shape:
+        raise ValueError(f"positions: expected shape (T, J, 3), got {values.shape}")
+    check_finite("positions", values)
+    array = values.astype(np.float64)
     ratio = _ratio(positive_number("fps", fps), positive_number("to", to))
     if ratio == 1 or len(array) == 1:
         return array

@@ -133,10 +133,10 @@ def retrieval(records: Iterable[Record]) -> Figure:
     lines: dict[str, None] = {}
     for record in records:
         if record["application"] == "nearest" and record["metric"] == "map":
-            stated = parse_signature(record["signature"])
-            stated.pop("model", None)
-            lines[signature(**stated)] = None
-            values.setdefault(record["method"], {})[f"{stated['source']}, {stated['matches']}"] = record["value"]
+            fields = parse_signature(record["signature"])
+            fields.pop("model", None)
+            lines[signature(**fields)] = None
+            values.setdefault(record["method"], {})[f"{fields['source']}, {fields['matches']}"] = record["value"]
     return drawing.bars(values, "mean average precision", *lines)
 
 

@@ -135,9 +135,9 @@ class Configuration:
 
         A layer has half as many frames as the one before, and as many inputs as that has filters.
         """
-        model, of = self.model, self.phases[phase]
+        model, layers = self.model, self.phases[phase]
         widths = (model.n_features, *model.widths)
-        return math.fsum(widths[i] * widths[i + 1] / model.pool**i for i in range(of.first, of.depth))
+        return math.fsum(widths[i] * widths[i + 1] / model.pool**i for i in range(layers.first, layers.depth))
 
 
 @dataclass(frozen=True)
@@ -199,25 +199,27 @@ def read(path: Path) -> Configuration:
     FileNotFoundError, ValueError
         If it is not one; names the file.
     """
-    stated = stated_in(path)
+    values = stated_in(path)
     try:
-        check_fields("", stated, [*NOTES, *(field.name for field in fields(Configuration))])
-        stated = {name: value for name, value in stated.items() if name not in NOTES}
-        one_of("name", stated.pop("name", None), (NAME,))
-        known = defaults()
-        data = stated.pop("data", {})
+        check_fields("", values, [*NOTES, *(field.name for field in fields(Configuration))])
+        values = {name: value for name, value in values.items() if name not in NOTES}
+        one_of("name", values.pop("name", None), (NAME,))
+        configuration = defaults()
+        data = values.pop("data", {})
         check_fields("data: ", data, [field.name for field in fields(Data)])
-        known = replace(known, quick=stated.pop("quick", False), data=Data(**data))
+        configuration = replace(configuration, quick=values.pop("quick", False), data=Data(**data))
         for group in ("model", "layers", "whole"):
-            check_fields(f"{group}: ", stated.get(group, {}), [field.name for field in fields(getattr(known, group))])
-        parser = parser_of(known)
-        return configuration_of(known, parser, lambda: parser.parse_object(stated))
+            check_fields(
+                f"{group}: ", values.get(group, {}), [field.name for field in fields(getattr(configuration, group))]
+            )
+        parser = parser_of(configuration)
+        return configuration_of(configuration, parser, lambda: parser.parse_object(values))
     except (TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from error
 
 
-def parser_of(known: Configuration) -> jsonargparse.ArgumentParser:
-    """Return what reads the fields of a configuration; those that are known are its defaults."""
+def parser_of(default: Configuration) -> jsonargparse.ArgumentParser:
+    """Return what reads the fields of a configuration; `default` holds its defaults."""
     parser = jsonargparse.ArgumentParser(
         prog="npss-baselines train manifold",
         usage="npss-baselines train manifold --out RUN [--cmu DIR] [--styles DIR] [--h36m DIR] [OPTION ...]",
@@ -226,31 +228,27 @@ def parser_of(known: Configuration) -> jsonargparse.ArgumentParser:
         allow_abbrev=False,
         parser_mode="json",
     )
+    parser.add_argument("--scale", choices=SCALES, help="features that share a scale")
+    parser.add_argument("--size", type=float, help="standard deviation of scaled features; for none, a factor")
+    parser.add_argument("--loss", choices=LOSSES, help="reduction of the squared errors in a window")
+    parser.add_argument("--start", choices=INITIALIZATIONS, help="initial weights")
+    parser.add_argument("--seed", type=int, help="seed of the initial weights and of training")
     parser.add_argument(
-        "--scale", choices=SCALES, help="what the features are divided by, which makes them of one size"
-    )
-    parser.add_argument(
-        "--size", type=float, help="what their standard deviation then is, or by what they are multiplied"
-    )
-    parser.add_argument("--loss", choices=LOSSES, help="of the squared errors of a window's values")
-    parser.add_argument("--start", choices=INITIALIZATIONS, help="the weights at first")
-    parser.add_argument("--seed", type=int, help="of the initial weights and of every iteration")
-    parser.add_argument(
-        "--select", choices=SELECT, help="which weights are kept: best on the validation subjects, or the last ones"
+        "--select", choices=SELECT, help="weights to keep: the best on validation subjects, or the last"
     )
     for name in ("model", "layers", "whole"):
-        parser.add_argument(f"--{name}", type=type(getattr(known, name)), default=getattr(known, name))
-    parser.set_defaults({name: getattr(known, name) for name in ("scale", "size", "loss", "start", "seed", "select")})
+        parser.add_argument(f"--{name}", type=type(getattr(default, name)), default=getattr(default, name))
+    parser.set_defaults({name: getattr(default, name) for name in ("scale", "size", "loss", "start", "seed", "select")})
     return parser
 
 
 def configuration_of(
-    known: Configuration, parser: jsonargparse.ArgumentParser, parse: Callable[[], Any]
+    default: Configuration, parser: jsonargparse.ArgumentParser, parse: Callable[[], Any]
 ) -> Configuration:
-    """Make the configuration of what was parsed; of the data, what is known."""
+    """Make the configuration of what was parsed; its data are those of `default`."""
     try:
         parsed = parser.instantiate(parse())
     except argparse.ArgumentError as error:
         raise ValueError(f"{error}{there_are(parser, str(error))}") from None
     names = [field.name for field in fields(Configuration) if field.name not in ("name", "quick", "data")]
-    return replace(known, **{name: parsed[name] for name in names})
+    return replace(default, **{name: parsed[name] for name in names})

@@ -145,9 +145,9 @@ PAPER = Recipe(
 )
 _LAYERS = Stage(epochs=20, batch=8, optimizer="adam", lr=5e-4, lr_schedule="cosine", clip_norm=0.005, rescale=True)
 #: What reconstructs best on the validation subjects. Features are so small that tanh hardly bends them: where it does,
-#: atanh makes what the layer above got wrong larger. The weights start where motion already comes back; Adam would
-#: leave that place in few steps, were the rate not small and the gradient, which has outliers, not clipped to its usual
-#: norm. Layers first, because a step of one layer takes less time than one of all.
+#: atanh makes what the layer above got wrong larger. The weights start where motion is already reconstructed; Adam
+#: would leave that place in few steps, were the rate not small and the gradient, which has outliers, not clipped to its
+#: usual norm. Layers first, because a step of one layer takes less time than one of all.
 DEFAULT = Recipe(
     scale="kind",
     size=0.1,

@@ -40,7 +40,7 @@ class Schedule:
         self.chunk = [max(1, CHUNK // phase.stage.batch) for phase in phases]  # batches
         self.chunks = [math.ceil(batches / chunk) for batches, chunk in zip(self.batches, self.chunk, strict=True)]
         epochs = [phase.stage.epochs for phase in phases]
-        self._ends = list(itertools.accumulate(n * of for n, of in zip(self.chunks, epochs, strict=True)))
+        self._ends = list(itertools.accumulate(chunks * n for chunks, n in zip(self.chunks, epochs, strict=True)))
 
     def __len__(self) -> int:
         """Return the number of chunks."""
