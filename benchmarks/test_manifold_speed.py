@@ -96,10 +96,10 @@ def test_projection():
     print(f"\n{torch.get_num_threads()} threads; ms a window of (160, 63), the best of {TURNS} turns")
     for what, project in (("encoded", manifold.encode), ("projected", manifold.project)):
         single = min(seconds(lambda project=project: project(motions[:1])) for _ in range(TURNS))
-        starts = [time.perf_counter()]
+        starts = [time.process_time()]
         for _ in range(TURNS):
             project(motions)
-            starts.append(time.perf_counter())
+            starts.append(time.process_time())
         batched = np.diff(starts).min() / len(motions)
         print(f"{what:10} alone {1e3 * single:6.2f}   of {len(motions)} {1e3 * batched:6.2f}")
 

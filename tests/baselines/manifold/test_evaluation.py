@@ -288,7 +288,8 @@ class TestNearness:
         assert not [r for r in records if r["application"] in ("distance", "nearest")]
 
     def test_distances_are_what_they_are_called(self, motions, testbed):
-        found = clip_distances(motions, testbed.manifolds, testbed.pca, testbed.scaling)
+        by_method = clip_distances(motions, testbed.manifolds, testbed.pca, testbed.scaling)
+        found = {str(method): distances for method, distances in by_method.items()}
         manifold = testbed.manifolds["manifold"]
         codes = [manifold.encode(each[np.newaxis])[0] for each in motions.features]
         windows = motions.windows.reshape(len(motions.windows), -1).astype(np.float64)
