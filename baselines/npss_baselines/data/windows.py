@@ -27,7 +27,7 @@ STRIDE = 25
 _SEEDS = 2**32  # seeds are below it: then no two of them have batches in common
 
 
-class Clip(NamedTuple):
+class TrainingClip(NamedTuple):
     """Motion at 25 frames per second, normalised: one recording."""
 
     name: str
@@ -43,14 +43,14 @@ class TrainingSet:
     ----------
     actions : tuple of str
         The actions, in the order of the label.
-    clips : tuple of Clip
+    clips : tuple of TrainingClip
         All clips of all actions.
     normalization : Normalization
         What has been done to their poses.
     """
 
     actions: tuple[str, ...]
-    clips: tuple[Clip, ...]
+    clips: tuple[TrainingClip, ...]
     normalization: Normalization
 
 
@@ -244,5 +244,7 @@ def _training_set(
     order = {action: i for i, action in enumerate(actions)}
     normalised = {name: statistics.normalize(poses).astype(np.float32) for name, poses in clips.items()}
     return TrainingSet(
-        tuple(actions), tuple(Clip(name, order[of[name]], poses) for name, poses in normalised.items()), statistics
+        tuple(actions),
+        tuple(TrainingClip(name, order[of[name]], poses) for name, poses in normalised.items()),
+        statistics,
     )

@@ -11,7 +11,7 @@ from scipy import stats
 from npss.protocol import COLUMNS, TEST_SUBJECT, normalization, srnn_windows
 from npss_baselines.data import h36m, windows
 from npss_baselines.data.tasks import synthetic_task
-from npss_baselines.data.windows import Batches, Clip, TrainingSet
+from npss_baselines.data.windows import Batches, TrainingClip, TrainingSet
 
 
 def marked(lengths, n_actions=2):
@@ -20,7 +20,7 @@ def marked(lengths, n_actions=2):
     for i, length in enumerate(lengths):
         poses = np.zeros((length, 54), np.float32)
         poses[:, 0], poses[:, 1] = i, np.arange(length)
-        clips.append(Clip(f"S1/clip_{i}.txt", i % n_actions, poses))
+        clips.append(TrainingClip(f"S1/clip_{i}.txt", i % n_actions, poses))
     return TrainingSet(tuple("ab"[:n_actions]), tuple(clips), windows.synthetic_training_set(2, 20).normalization)
 
 
@@ -72,7 +72,7 @@ def test_a_batch_is_a_function_of_seed_and_iteration_alone():
 @pytest.mark.parametrize("length", [0, 1, 26, 27])
 def test_a_clip_that_is_too_short_is_named(length):
     training_set = marked((60, 60))
-    clips = (*training_set.clips[:1], Clip("S6/eating_2.txt", 0, np.zeros((length, 54), np.float32)))
+    clips = (*training_set.clips[:1], TrainingClip("S6/eating_2.txt", 0, np.zeros((length, 54), np.float32)))
     short = dataclasses.replace(training_set, clips=clips)
     if length == 27:  # one window fits, and is drawn
         frames = Batches(short, batch=50, n_seed=5, n_target=5, seed=0)[0].poses

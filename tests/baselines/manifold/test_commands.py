@@ -16,6 +16,7 @@ from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.restore import RESTORATIONS
 from npss_baselines.manifold.evaluation import measure, similarity, table
 from npss_baselines.manifold.evaluation.measure import measure_all
+from npss_baselines.manifold.evaluation.pca_size import Restoration
 from npss_baselines.manifold.evaluation.restoration import restoration
 from npss_baselines.manifold.evaluation.testbed import Testbed
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
@@ -88,7 +89,7 @@ class TestPictures:
     def test_bars(self):
         line = npss.signature(None, metric="map", source="cmu", matches="any", model="m")
         records = [
-            {"use": "nearest", "method": method, "metric": "map", "value": v, "signature": line}
+            {"application": "nearest", "method": method, "metric": "map", "value": v, "signature": line}
             for method, v in (("euclidean", 0.4), ("manifold", 0.6))
         ]
         (axes,) = figures.retrieval(records).axes
@@ -124,12 +125,12 @@ def test_pictures_are_drawn_whatever_the_settings_and_the_names():
 
 
 class TestCommands:
-    @pytest.mark.parametrize("use", ["repair", "fill", "interpolate", "sample", "filters"])
-    def test_numbers_and_a_picture(self, use, run, records, tmp_path, capsys):
+    @pytest.mark.parametrize("application", ["repair", "fill", "interpolate", "sample", "filters"])
+    def test_numbers_and_a_picture(self, application, run, records, tmp_path, capsys):
         picture = tmp_path / "picture.svg"
-        assert main(["manifold", use, str(run), "--quick", "--format", "json", "-o", str(picture)]) == 0
+        assert main(["manifold", application, str(run), "--quick", "--format", "json", "-o", str(picture)]) == 0
         printed = json.loads(capsys.readouterr().out)
-        expected = [r for r in records if r["application"] == use]
+        expected = [r for r in records if r["application"] == application]
         assert [(r["method"], r["metric"]) for r in printed] == [(r["method"], r["metric"]) for r in expected]
         assert [r["value"] for r in printed] == pytest.approx([r["value"] for r in expected], rel=1e-4)
         assert picture.stat().st_size > 5000
@@ -197,7 +198,7 @@ class TestCommands:
         assert main(["manifold", "table", *map(str, folders), "--quick", "--format", "table"]) == 0
         names = [f"{tmp_path.name}/linear", f"{tmp_path.name}/pca-best", "a/seed-0", "b/seed-0"]
         assert list(seen[0].manifolds) == names
-        assert list(seen[0].projectors("repair")) == ["pca", "pca-best", *names]
+        assert list(seen[0].projectors(Restoration("repair"))) == ["pca", "pca-best", *names]
 
     def test_no_run(self, tmp_path, capsys):
         assert main(["manifold", "table", str(tmp_path)]) == 2

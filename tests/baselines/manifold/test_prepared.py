@@ -13,7 +13,7 @@ from npss_baselines.data.motion import JOINTS, Clip
 from npss_baselines.data.motion_synthetic import synthetic_clips
 from npss_baselines.manifold.motion import prepared
 from npss_baselines.manifold.motion.bones import normalise_lengths
-from npss_baselines.manifold.motion.cache import cached, load, save
+from npss_baselines.manifold.motion.cache import VERSION, cached, load, save
 from npss_baselines.manifold.motion.dataset import prepare
 from npss_baselines.manifold.motion.features import to_features, to_positions
 from npss_baselines.manifold.motion.ground import level, on_ground
@@ -109,7 +109,7 @@ def test_other_lengths():
 def test_what_cannot_be_prepared_is_named():
     with pytest.raises(ValueError, match=r"^clips: there are none"):
         prepare([])
-    with pytest.raises(ValueError, match=r"^clips: synthetic gait/0 is there twice"):
+    with pytest.raises(ValueError, match=r"^clips: synthetic gait/0: duplicate clip"):
         prepare(clips(100) * 2)
     both = [*clips(100), *clips(100, source="h36m")]  # one name, two sources
     assert prepare(both).counts()["clips"] == 2
@@ -172,7 +172,7 @@ def test_a_file_holds_the_set(motion, tmp_path):
 
 
 def arrays(motion):
-    header = {"version": prepared.VERSION, "clips": [dataclasses.asdict(clip) for clip in motion.clips]}
+    header = {"version": VERSION, "clips": [dataclasses.asdict(clip) for clip in motion.clips]}
     return header, np.concatenate(motion.features)
 
 
@@ -238,7 +238,7 @@ def test_files_that_are_damaged_are_refused_wherever_the_damage_is(motion, tmp_p
 
 
 def test_pickles_are_not_read(tmp_path):
-    np.savez(tmp_path / "set.npz", header=np.array({"version": prepared.VERSION}, dtype=object), features=np.zeros(3))
+    np.savez(tmp_path / "set.npz", header=np.array({"version": VERSION}, dtype=object), features=np.zeros(3))
     with pytest.raises(ValueError, match="not a set of prepared motion"):
         load(tmp_path / "set.npz")
 
@@ -269,9 +269,11 @@ def test_a_cache_makes_once_and_makes_anew_what_is_broken(motion, tmp_path):
 
 def test_a_cache_knows_the_version_and_the_skeleton(motion, tmp_path, monkeypatch):
     cached(tmp_path, "a", lambda: motion)
-    monkeypatch.setattr(prepared, "VERSION", 2)
+    monkeypatch.setattr("npss_baselines.manifold.motion.cache.VERSION", 2)
     cached(tmp_path, "a", lambda: motion)
-    monkeypatch.setattr(prepared, "JOINTS", type(JOINTS)(JOINTS.names, JOINTS.parents, 2 * JOINTS.offsets))
+    monkeypatch.setattr(
+        "npss_baselines.manifold.motion.cache.JOINTS", type(JOINTS)(JOINTS.names, JOINTS.parents, 2 * JOINTS.offsets)
+    )
     cached(tmp_path, "a", lambda: motion)
     assert len(list(tmp_path.iterdir())) == 3
 

@@ -44,19 +44,19 @@ def windows():
 
 
 class TestCorrupted:
-    @pytest.mark.parametrize("use", list(RESTORATIONS))
-    def test_padding_tells_nothing_new(self, windows, use):
-        left = corrupted(use, windows, MEAN)
+    @pytest.mark.parametrize("application", list(RESTORATIONS))
+    def test_padding_tells_nothing_new(self, windows, application):
+        left = corrupted(application, windows, MEAN)
         for values in (left.features, left.known):
             assert values.shape == (2, 160, F)
             assert np.array_equal(values[1, 60:119], values[1, 58::-1])  # mirrored at the last frame
             assert np.array_equal(values[1, 118:160], values[1, :42])
 
-    @pytest.mark.parametrize("use", list(RESTORATIONS))
-    def test_it_depends_on_the_seed_alone(self, windows, use):
-        first, again, other = (corrupted(use, windows, MEAN, seed=seed) for seed in (0, 0, 1))
+    @pytest.mark.parametrize("application", list(RESTORATIONS))
+    def test_it_depends_on_the_seed_alone(self, windows, application):
+        first, again, other = (corrupted(application, windows, MEAN, seed=seed) for seed in (0, 0, 1))
         assert np.array_equal(first.features, again.features)
-        assert np.array_equal(first.features, other.features) == (use not in ("repair", "kinect"))
+        assert np.array_equal(first.features, other.features) == (application not in ("repair", "kinect"))
 
     def test_to_project_is_to_corrupt_nothing(self, windows):
         left = corrupted("project", windows, MEAN)
@@ -72,8 +72,8 @@ class TestCorrupted:
         left = corrupted("inbetween", windows, MEAN)
         assert np.array_equal(left.features[0, 44], windows.features[0, 30])
 
-    def test_no_such_use(self, windows):
-        with pytest.raises(ValueError, match="use: expected one of project, repair"):
+    def test_no_such_application(self, windows):
+        with pytest.raises(ValueError, match="application: expected one of project, repair"):
             corrupted("mend", windows, MEAN)
 
 
