@@ -2,7 +2,7 @@
 
 import importlib.util
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -38,6 +38,17 @@ class Module(pytest.Module):
 def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module:
     """Collect the tests of a file as `Module` says."""
     return Module.from_parent(parent, path=module_path)
+
+
+@pytest.fixture
+def registry() -> Iterator[None]:
+    """Forget the metrics that a test registers."""
+    from npss._metric.registry import _registered
+
+    before = dict(_registered)
+    yield
+    _registered.clear()
+    _registered.update(before)
 
 
 def _folder(variable: str, what: str) -> Path:

@@ -86,19 +86,9 @@ def metric_called(name: object, argument: str = "metric") -> Metric:
     return found
 
 
-def metric_of_column(name: str, column: str) -> Metric | None:
-    """Return the metric of that name, if it has such a column.
-
-    Raises
-    ------
-    ValueError
-        If the column could be taken for one of another metric.
-    """
-    for metric in _registered.values():
-        if _alike(metric.heading, column) and metric.name != name:
-            raise ValueError(f"metrics: {column!r} is no name for another metric")
-    found = _registered.get(name)
-    return found if found and _alike(found.heading, column) else None
+def metric_of_column(column: str) -> Metric | None:
+    """Return the metric that has such a column, if one is known."""
+    return next((metric for metric in _registered.values() if _alike(metric.heading, column)), None)
 
 
 def score_heading(name: str) -> str:

@@ -125,14 +125,17 @@ def _results(record: Record) -> Iterator[Result]:
         yield result(f"euler_error: {time}", column, value, which, error, weight, **traits)
     others, signatures = (_object("sequences: metrics", alone.get("metrics", {})), record.get("signatures", {}))
     for name, value in _object("metrics", record.get("metrics", {})).items():
-        if not name or name != one_line(name):
+        metric = metric_of_column(name)
+        if not name or name != one_line(name) or metric in (NPSS, EULER_ERROR):
             raise ValueError(f"metrics: {name!r} is no name for another metric")
         stated = _object("signatures", signatures).get(name)
         if not isinstance(stated, str):
             raise ValueError(f"signatures: expected that of {name!r}, got {stated!r:.100}")
         meaning, other = parse_signature(stated), others.get(name)
+        if metric is not None and metric.name != meaning["metric"]:
+            raise ValueError(f"metrics: {name!r} is a column of {metric.name!r}, and its signature is {stated}")
         weight = None if other is None else [1.0] * len(_list(f"sequences: metrics: {name}", other))
-        traits = _traits(metric_of_column(meaning["metric"], name)) or {"heading": name}
+        traits = _traits(metric) or {"heading": name}
         traits["lower_is_better"] = meaning.get("better") != "higher"
         if name.endswith(suffix := f" {meaning.get('at_ms')} ms"):
             traits |= {"heading": name.removesuffix(suffix), "time": suffix.strip()}

@@ -7,12 +7,14 @@ import pytest
 import torch
 
 import npss
+from npss.metrics import register
 from npss.ranking._submissions import records_of
 from npss_baselines.__main__ import main
-from npss_baselines.commands.leaderboard import add_g, submit
+from npss_baselines.commands.leaderboard import submit
 from npss_baselines.data.motion import Clip
 from npss_baselines.data.motion_h36m import joints_of_poses
 from npss_baselines.data.tasks import synthetic_task
+from npss_baselines.manifold.applications.distance import metric_of
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
 from npss_baselines.manifold.motion.dataset import prepare
 from npss_baselines.manifold.motion.prepared import motion_set
@@ -20,6 +22,7 @@ from npss_baselines.manifold.motion.scaling import fit_scaling
 from npss_baselines.manifold.training import folder
 from npss_baselines.manifold.training.config import FILE, defaults, write
 
+pytestmark = pytest.mark.usefixtures("registry")
 MODELS = ["zero-velocity", "repeat-50"]
 
 
@@ -39,9 +42,9 @@ def manifold(tmp_path_factory):
 def test_g_of_each_model_is_that_of_its_codes(manifold):
     task = synthetic_task(4)
     submissions = submit(MODELS, [task])
-    records = records_of(submissions, protocol=task.protocol)
-    add_g(records, submissions, manifold)
     projector = folder.load(manifold).projector
+    register(metric_of(projector), replace=True)
+    records = records_of(submissions, metrics=["G"], protocol=task.protocol)
     for record in records:
         codes = []
         for poses in (task.target, submissions[record["model"]]["gait"].pred):
@@ -65,7 +68,12 @@ def test_it_is_a_column_with_its_signature(capsys, manifold):
     assert "g|version:1|frames:100|fps:25|protocol:synthetic-64|manifold:" in printed
 
 
-@pytest.mark.parametrize("options", [["--metrics", "G"], ["--manifold", "RUN"]])
+def test_it_is_explained_where_it_is_registered(manifold):
+    register(metric_of(runs.load(manifold).projector), replace=True)
+    assert npss.explain("g|version:1").startswith("G: the squared distance of the extremes over time")
+
+
+@pytest.mark.parametrize("options", [["--metrics", "G"], ["--metrics", "mse", "g"], ["--manifold", "RUN"]])
 def test_it_needs_a_manifold(capsys, options):
     assert main(["leaderboard", *MODELS, "--synthetic", *options]) == 2
     assert "--manifold RUN names the manifold of --metrics G" in capsys.readouterr().err
