@@ -42,9 +42,10 @@ GROUPS: dict[str, dict[str, str]] = {
         "_metric/convention.py _metric/exact_sum.py _metric/kernel.py _metric/power.py": (
             "metric/score metric/exact_sum metric/kernel"
         ),
-        "_metric/accumulator.py _metric/frames.py _metric/score.py": (
-            "metric/score metric/accumulator metric/frames metric/workers"
+        "_metric/accumulator.py _metric/contributions.py _metric/frames.py _metric/score.py": (
+            "metric/score metric/accumulator metric/frames metric/workers analysis/report"
         ),
+        "_metric/metric.py _metric/registry.py": "metrics",
     },
     "rotations": {
         "rotations/_[!pu]*.py": (
@@ -57,7 +58,7 @@ GROUPS: dict[str, dict[str, str]] = {
     "statistics": {
         "_analysis/blocks.py": "analysis/blocks",
         "_analysis/bootstrap.py _analysis/interval.py": "analysis/bootstrap analysis/compare analysis/report",
-        "_analysis/compare.py _analysis/sign_flip.py": "analysis/compare analysis/bootstrap analysis/blocks",
+        "_analysis/compare.py _analysis/sign_flip.py": "analysis/compare analysis/bootstrap analysis/blocks metrics",
         "_analysis/ties.py": "analysis/ties study/metrics",
         "ranking/_methods.py": "ranking/methods",
         "ranking/_standings.py": "ranking/standings ranking/leaderboard",

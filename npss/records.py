@@ -15,9 +15,9 @@ from npss._metric.convention import CONVENTIONS, as_convention
 from npss._metric.euler_error import euler_error, moving_pair, sequence_errors
 from npss._metric.fields import Value
 from npss._metric.metric import Metric
-from npss._metric.registry import EULER_ERROR, METRICS, NPSS, metric_called
+from npss._metric.registry import EULER_ERROR, NPSS, direction, metric_called, metric_of_column
 from npss._metric.score import quotient, score_windows, weighted_sums
-from npss._metric.signature import parse_signature, signature, stated_of, stated_with, with_fields_of
+from npss._metric.signature import higher_is_better, parse_signature, signature, stated_of, stated_with, with_fields_of
 from npss.console._progress import Progress
 from npss.console._tables import markdown_text, table
 from npss.rotations._unwrap import unwrap
@@ -102,6 +102,15 @@ def measure(
     TypeError, ValueError
         As `npss.score`, `npss.euler_error` and `npss.signature`; if no metric has one of the names, a metric lacks the
         motion or the times that it takes, or its function returns what it should not.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from npss.records import measure
+    >>> gt = np.linspace(0, 1, 25)[:, np.newaxis] * [1.0, 2.0]
+    >>> record = measure(gt, gt, fps=25, at_ms=[80], metrics=["mse"], conventions=["paper"])
+    >>> record["npss"], record["euler_error"], record["metrics"]
+    ({'paper': 0.0}, {'80': 0.0}, {'MSE': 0.0})
     """
     others = _others(metrics, at_ms, poses)
     angles = gt, pred
@@ -178,6 +187,23 @@ def signature_of(record: Record, metric: str, convention: str | None = None, **c
         By which convention, for ``'npss'``.
     **context
         What is particular to that number, such as ``window='0-1'``.
+
+    Returns
+    -------
+    str
+        The signature.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `npss.signature`; if no metric has that name.
+
+    Examples
+    --------
+    >>> from npss.records import signature_of
+    >>> record = {"signature": "npss+euler_error|version:1|convention:paper+released|frames:100|average:at|columns:gt"}
+    >>> signature_of(record, "npss", "released", window="0-1")
+    'npss|version:1|convention:released|frames:100|window:0-1'
     """
     stated = stated_of(metric, parse_signature(record["signature"]))
     return signature(**{**stated, "convention": convention, **context})
@@ -223,18 +249,53 @@ def _add(record: Record, metric: Metric, angles: Any, poses: Any, fps: float | N
 
 
 def summary(records: Sequence[Record], *, markdown: bool = False) -> str:
-    """Lay records out for people: a table an action, models in the order of NPSS, the best of each column marked."""
+    r"""Lay records out for people: a table an action, models in the order of NPSS, the best of each column marked.
+
+    Parameters
+    ----------
+    records : sequence of dict
+        As `measure` returns them, with ``model`` and ``action``; those of an action have the same numbers.
+    markdown : bool, optional
+        Write Markdown.
+
+    Returns
+    -------
+    str
+        The tables, with the signatures below.
+
+    Raises
+    ------
+    ValueError
+        If a record lacks a number that the first of its action has.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from npss.records import measure, summary
+    >>> gt = np.random.default_rng(0).normal(size=(4, 25, 3)).cumsum(axis=1)
+    >>> options = {"conventions": ["paper"], "fps": 25, "at_ms": [80]}
+    >>> models = {"good": gt, "bad": gt[:, ::-1]}
+    >>> records = [{"model": m, "action": "walking", **measure(gt, pred, **options)} for m, pred in models.items()]
+    >>> print("\n".join(summary(records).splitlines()[:5]))
+    walking (lower is better, * best; under ms: Euler error in rad)
+    <BLANKLINE>
+    model  NPSS paper   80 ms
+    -----  ----------  ------
+    good      0.0000*  0.000*
+    """
     parts = []
     for action in dict.fromkeys(record["action"] for record in records):
         of_action = [record for record in records if record["action"] == action]
         convention = next(iter(of_action[0]["npss"]))
         of_action.sort(key=lambda record: record["npss"][convention])
-        columns = _columns(of_action)
+        signatures = of_action[0]["signatures"]
+        higher = [one for one in of_action[0].get("metrics", {}) if higher_is_better(signatures[one])]
+        columns = _columns(of_action, higher)
         escaped = markdown_text if markdown else str
         names = [escaped(record["model"]) for record in of_action]
         rows = [[name, *row] for name, row in zip(names, zip(*columns.values(), strict=True), strict=True)]
         units = f"under ms: {EULER_ERROR.heading} in {EULER_ERROR.unit}"
-        heading = escaped(f"{action} (lower is better, * best; {units})")
+        heading = escaped(f"{action} ({direction(higher)}, * best; {units})")
         parts.append(f"### {heading}" if markdown else heading)
         parts.append(table(["model", *columns], rows, "l" + "r" * len(columns), markdown=markdown))
         signatures = dict.fromkeys(line for record in of_action for line in record["signatures"].values())
@@ -242,22 +303,29 @@ def summary(records: Sequence[Record], *, markdown: bool = False) -> str:
     return "\n\n".join(parts)
 
 
-def _columns(records: Sequence[Record]) -> dict[str, list[str]]:
-    """Return the cells of each column of `summary`."""
-    numbers: dict[str, tuple[Metric | None, list[float]]] = {}
-    for name in records[0]["npss"]:
-        numbers[NPSS.column(convention=name)] = NPSS, [record["npss"][name] for record in records]
-    for time in records[0]["euler_error"]:
-        numbers[f"{time} ms"] = EULER_ERROR, [record["euler_error"][time] for record in records]
-    for column in records[0].get("metrics", {}):
-        metric = METRICS.get(parse_signature(records[0]["signatures"][column])["metric"])
-        numbers[column] = metric, [record["metrics"][column] for record in records]
+def _columns(records: Sequence[Record], higher: Sequence[str]) -> dict[str, list[str]]:
+    """Return the cells of each column of `summary`; in some, higher is better."""
+    first = records[0]
+    numbers: dict[str, tuple[Metric | None, list[float]]]
+    numbers = {NPSS.column(convention=name): (NPSS, _numbers(records, "npss", name)) for name in first["npss"]}
+    numbers |= {
+        f"{time} ms": (EULER_ERROR, _numbers(records, "euler_error", time)) for time in first.get("euler_error", {})
+    }
+    for column in first.get("metrics", {}):
+        numbers[column] = metric_of_column(column), _numbers(records, "metrics", column)
     cells = {}
     for column, (metric, values) in numbers.items():
         digits = 4 if metric is None or metric.digits is None else metric.digits
-        best = max(values) if metric is not None and not metric.lower_is_better else min(values)
+        best = max(values) if column in higher else min(values)
         cells[column] = [f"{value:.{digits}f}" + ("*" if value == best else " ") for value in values]
     return cells
+
+
+def _numbers(records: Sequence[Record], section: str, name: str) -> list[float]:
+    for record in records:
+        if name not in record.get(section, {}):
+            raise ValueError(f"records: {record['model']!r} on {record['action']!r} lacks {section} {name}")
+    return [record[section][name] for record in records]
 
 
 def _by_time(errors: Float64, still: npt.NDArray[np.bool_], frames: Mapping[str, int]) -> dict[str, list[float | None]]:

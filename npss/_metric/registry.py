@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 import numpy as np
@@ -89,6 +89,12 @@ def metric_called(name: object, argument: str = "metric") -> Metric:
 def metric_of_column(column: str) -> Metric | None:
     """Return the metric that has such a column, if one is known."""
     return next((metric for metric in _registered.values() if _alike(metric.heading, column)), None)
+
+
+def direction(higher: Iterable[str]) -> str:
+    """Say which numbers are better, where those of some columns or headings are the higher ones."""
+    names = ", ".join(higher)
+    return f"lower is better, but higher of {names}" if names else "lower is better"
 
 
 def score_heading(name: str) -> str:

@@ -194,6 +194,11 @@ def stated_with(
     return {**known, **context, "extra": check_names(call, context, extra, known)}
 
 
+def higher_is_better(signature: str) -> bool:
+    """Say whether higher numbers of that signature are better: where it says so."""
+    return bool(parse_signature(signature).get("better") == "higher")
+
+
 def with_fields_of(metric: Metric, stated: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a signature states, and what that of a metric states besides.
 

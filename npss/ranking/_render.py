@@ -9,8 +9,9 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from npss._analysis.sign_flip import MIN_BLOCKS_OF_TEST
+from npss._metric.registry import direction
 from npss.console._tables import markdown_code, markdown_text, table
-from npss.ranking._standings import MARK, Standing, direction, timed_headings
+from npss.ranking._standings import MARK, Standing, higher_headings, timed_headings
 
 #: How to cite the metric.
 CITE = (
@@ -141,7 +142,7 @@ def to_latex(
             r"\begin{table}",
             r"\centering\footnotesize\setlength{\tabcolsep}{2pt}",
             f"\\caption{{{_latex(one.action or 'All')}, ranked by {_latex(one.by)}: "
-            f"{_latex(direction(one.cells.values()))}, best in bold, "
+            f"{_latex(direction(higher_headings(one.cells.values())))}, best in bold, "
             f"{_latex(MARK)} worse than the best by more than chance}}",
         ]
         # NPSS and the Euler error one below the other, as papers print them: side by side they are wider than a page.

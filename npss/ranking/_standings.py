@@ -15,7 +15,7 @@ from npss._analysis.fingerprint import differing
 from npss._analysis.interval import FOUND, MIN_BLOCKS_OF_INTERVAL, ends
 from npss._analysis.sign_flip import EXACT_UP_TO, MIN_BLOCKS_OF_TEST, SAMPLES, settled, sign_flips
 from npss._analysis.ties import tied
-from npss._metric.registry import EULER_ERROR
+from npss._metric.registry import EULER_ERROR, direction
 from npss.ranking._results import Result
 from npss.validation import Float64, Seed
 
@@ -230,7 +230,7 @@ def notes(found: Sequence[Standing], *, level: float = 0.95, seed: Seed = 0) -> 
     tested = [standing for standing in own if standing.result.weight is not None]
     sources = dict.fromkeys(standing.result.source for standing in found if standing.result.source)
     aside = " of one's own" if sources else ""
-    better = direction(found)
+    better = direction(higher_headings(found))
     lines = [f"{better[0].upper()}{better[1:]}. In bold, or with *: the best{aside} of a column."]
     lines += _units(found)
     if tested:
@@ -245,10 +245,9 @@ def notes(found: Sequence[Standing], *, level: float = 0.95, seed: Seed = 0) -> 
     return lines
 
 
-def direction(found: Iterable[Standing]) -> str:
-    """Say which numbers are better."""
-    higher = dict.fromkeys(one.result.heading for one in found if not one.result.lower_is_better)
-    return f"lower is better, but higher of {', '.join(higher)}" if higher else "lower is better"
+def higher_headings(found: Iterable[Standing]) -> list[str]:
+    """Return the headings of the metrics of which higher is better."""
+    return list(dict.fromkeys(one.result.heading for one in found if not one.result.lower_is_better))
 
 
 def timed_headings(found: Iterable[Standing]) -> list[str]:

@@ -9,7 +9,6 @@ from typing import Any
 from npss._analysis.ties import tied
 from npss._metric.convention import CONVENTIONS
 from npss._metric.registry import EULER_ERROR
-from npss._metric.signature import parse_signature
 from npss.protocol import SLICES_MS
 from npss.study._design import Question
 from npss.validation import each, is_real
@@ -168,8 +167,3 @@ def score_of(record: Mapping[str, Any], metric: str) -> float | None:
     if not math.isfinite(total):
         raise ValueError(f"records: expected finite numbers as {metric} of {record['model']!r}, got {parts!r:.100}")
     return total
-
-
-def lower_is_better(signature: str | None) -> bool:
-    """Say whether lower numbers of that signature are better: unless it says otherwise."""
-    return signature is None or parse_signature(signature).get("better") != "higher"

@@ -8,11 +8,12 @@ from typing import Any
 
 from npss._metric.convention import CONVENTIONS
 from npss._metric.registry import EULER_ERROR
+from npss._metric.signature import higher_is_better
 from npss.study._agreement import agreement, joint_agreement
 from npss.study._intervals import wilson_interval
 from npss.study._kappa import kappa
 from npss.study._paired import mcnemar_test
-from npss.study._ranking import lower_is_better, model_scores, predict, rank, score_of
+from npss.study._ranking import model_scores, predict, rank, score_of
 from npss.study._two_samples import binomial_test
 from npss.study._votes import CHOICES, Count, Vote, count_votes
 
@@ -144,7 +145,9 @@ def _metrics(
     for name in names:
         scores = {action: model_scores(asked, models[action], action=action, metric=name) for action in models}
         signatures = {action: _signature(asked, action, name) for action in models}
-        ranks = {action: rank(scores[action], lower_is_better=lower_is_better(signatures[action])) for action in models}
+        own = name in CONVENTIONS or name == EULER_ERROR.name
+        higher = {action: bool(not own and text and higher_is_better(text)) for action, text in signatures.items()}
+        ranks = {action: rank(scores[action], lower_is_better=not higher[action]) for action in models}
         predictions[name] = [predict(count.question, ranks[count.action]) for count in counts]
         metrics[name] = {
             "signatures": signatures,

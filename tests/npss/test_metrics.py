@@ -11,11 +11,13 @@ import pytest
 import npss
 from npss._metric.registry import EULER_ERROR, MSE, NPSS, score_heading
 from npss.commands import main
+from npss.commands._votes import text as votes_text
 from npss.metrics import METRICS, Metric, register
 from npss.ranking._results import results_of_record
 from npss.records import measure, signature_of, summary
 from npss.skeleton import poses_to_positions
-from npss.study._ranking import model_scores, rank
+from npss.study import Question, Vote, model_scores, rank
+from npss.study._summary import summary as vote_summary
 
 pytestmark = pytest.mark.usefixtures("registry")
 PAGE = Path(__file__).parents[2] / "docs/extending-metric.md"
@@ -375,8 +377,11 @@ def check_ranks(records):
 def test_the_highest_is_ranked_first(shares):
     check_ranks(shares)
     assert "|better:higher" in shares[0]["signatures"]["PCK"]
-    table = summary([{**one, "euler_error": {}} for one in shares])
-    assert re.search(r"^near .*\*$", table, re.M)
+    assert re.search(r"^near .*\*$", summary(shares), re.M)
+    assert summary(shares).startswith("a (lower is better, but higher of PCK, * best; ")
+    del shares[0]["metrics"]
+    with pytest.raises(ValueError, match=r"^records: 'far' on 'a' lacks metrics PCK"):
+        summary(shares)
 
 
 def test_records_say_themselves_what_is_better(shares):
@@ -405,6 +410,16 @@ def test_a_study_ranks_by_it(shares):
     scores = model_scores(shares, ["far", "near", "middle"], action="a", metric="PCK")
     assert list(rank(scores, lower_is_better=False)) == ["near", "middle", "far"]
     assert rank({"a": 1.0, "b": 1.0, "c": 2.0}, lower_is_better=False) == {"c": 1, "a": 2, "b": 2}
+
+
+def test_votes_are_held_against_it(shares):
+    question = Question(1, 1, "far", "near")
+    votes = [Vote(participant=str(i), question=question, action="a", choice="B") for i in range(3)]
+    told = vote_summary(votes, shares)
+    (ranking,) = told["metrics"]["PCK"]["rankings"].values()
+    assert [place["model"] for place in ranking] == ["near", "far"]
+    assert told["metrics"]["PCK"]["overall"]["agreed"] == 1
+    assert "PCK" in votes_text(told)
 
 
 def test_leaderboards_can_be_pickled_whatever_the_function(shares):

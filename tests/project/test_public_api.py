@@ -11,7 +11,10 @@ import pytest
 import npss
 from modules import MODULES
 
-NAMESPACES = (npss, npss.plot, npss.protocol, npss.published, npss.rotations, npss.skeleton, npss.study)
+NAMESPACES = (
+    *(npss, npss.metrics, npss.plot, npss.protocol, npss.published, npss.records, npss.rotations, npss.skeleton),
+    npss.study,
+)
 FUNCTIONS = [
     (space.__name__, name) for space in NAMESPACES for name in space.__all__ if inspect.isfunction(getattr(space, name))
 ]
