@@ -17,7 +17,7 @@ from npss._metric.fields import Value
 from npss._metric.frames import whole_frames
 from npss._metric.registry import EULER_ERROR, NPSS, metric_called
 from npss._metric.signature import signature, stated_with, with_fields_of
-from npss.validation import Float64, Seed, positive_number, real_array
+from npss.validation import Float64, Seed, motion_array, positive_number, real_array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -192,7 +192,9 @@ def compare(
     compared = metric_called(metric)
     if compared.aggregation == "none":
         raise ValueError(f"metric: {metric!r} has no number of each sequence, which a comparison is made of")
-    truth, shape = real_array("gt", gt), "(N, T, J, 3)" if compared.takes == "positions" else "(N, T, D)"
+    positions = compared.takes == "positions"
+    truth = real_array("gt", gt) if positions else motion_array("gt", gt)
+    shape = "(N, T, J, 3)" if positions else "(N, T, D)"
     if truth.ndim != shape.count(",") + 1 or len(truth) < 2:
         raise ValueError(f"gt: expected shape {shape} with N >= 2 sequences to pair, got {truth.shape}")
     known: dict[str, Value] = {"frames": truth.shape[1]}
