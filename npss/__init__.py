@@ -10,6 +10,7 @@
 """
 
 from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from npss._metric.convention import CONVENTIONS, Convention
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from npss._metric.euler_error import euler_error, euler_error_curve, mse
     from npss._metric.explain import explain
     from npss._metric.signature import METRIC_VERSION, parse_signature, signature
+    from npss.ranking._frame import Leaderboard
     from npss.ranking._leaderboard import leaderboard
     from npss.rotations._poses import poses_to_euler
     from npss.rotations._unwrap import unwrap
@@ -39,6 +41,7 @@ __all__ = [
     "Convention",
     "Finding",
     "Interval",
+    "Leaderboard",
     "Range",
     "Report",
     "__version__",
@@ -65,6 +68,8 @@ __all__ = [
     "study",
     "unwrap",
 ]
+if find_spec("pandas") is None:  # without which `from npss import *` works, too
+    __all__.remove("Leaderboard")
 
 # What a loop that only scores does not need is imported when it is first asked for: `import npss` costs little more
 # than `import numpy`.
@@ -73,6 +78,7 @@ _LAZY = {
     "Comparison": "npss._analysis.compare",
     "Finding": "npss._analysis.diagnose",
     "Interval": "npss._analysis.interval",
+    "Leaderboard": "npss.ranking._frame",
     "METRIC_VERSION": "npss._metric.signature",
     "Range": "npss._analysis.interval",
     "Report": "npss._analysis.report",
