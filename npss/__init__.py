@@ -13,7 +13,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from npss._metric.convention import CONVENTIONS, Convention
+from npss._metric.convention import CONVENTIONS, Convention, ConventionName
 from npss._metric.score import score, score_windows
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ __all__ = [
     "Accumulator",
     "Comparison",
     "Convention",
+    "ConventionName",
     "Finding",
     "Interval",
     "Leaderboard",

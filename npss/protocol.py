@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -90,7 +90,8 @@ TEST_LENGTHS: Mapping[str, tuple[int | None, int | None]] = MappingProxyType(
 )
 
 #: The protocols of which `window_blocks` knows the windows.
-BLOCKED = ("srnn-8", "srnn-8-late", "random-256")
+Blocked = Literal["srnn-8", "srnn-8-late", "random-256"]
+BLOCKED: tuple[Blocked, ...] = get_args(Blocked)
 
 _SEED = 1234567890  # of the generator that draws the windows
 _FIRST = 16  # the first frame that may be drawn
@@ -351,7 +352,7 @@ def stretch_blocks(windows: Iterable[Window], lengths: Sequence[int]) -> tuple[s
     return tuple(found)
 
 
-def window_blocks(protocol: str, lengths: Sequence[int], *, n_target: int = 100) -> tuple[str | None, ...]:
+def window_blocks(protocol: Blocked, lengths: Sequence[int], *, n_target: int = 100) -> tuple[str | None, ...]:
     """Return the blocks of an action's test windows: which of them are no independent evidence.
 
     Parameters

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 from importlib.resources import files
-from typing import Any
+from typing import Any, Literal, get_args
 
+from npss._metric.convention import ConventionName
 from npss._metric.registry import EULER_ERROR, NPSS
 from npss._metric.signature import signature
 from npss.records import Record, signature_of
@@ -15,10 +16,10 @@ __all__ = ["records"]
 
 _LAFAN1 = "in-betweening"
 _COPIED = ("6", "zero-velocity")  # by the NPSS paper from Martinez et al. 2017, so it is of their windows
-_PROTOCOLS = ("srnn-8", "srnn-8-late", "lafan1")
+Published = Literal["srnn-8", "srnn-8-late", "lafan1"]  # protocols of published numbers
 
 
-def records(source: str | None = None, *, protocol: str | None = None) -> list[Record]:
+def records(source: str | None = None, *, protocol: Published | None = None) -> list[Record]:
     """Return published numbers, as records to be printed, ranked or plotted beside one's own.
 
     They are tables 4 to 7 of the NPSS paper, and rows of LaFAN1's in-betweening benchmark. Their NPSS is that of the
@@ -73,7 +74,7 @@ def records(source: str | None = None, *, protocol: str | None = None) -> list[R
     if source is not None:
         one_of("source", source, tuple(dict.fromkeys(row["source"] for row in rows)))
     if protocol is not None:
-        one_of("protocol", protocol, _PROTOCOLS)
+        one_of("protocol", protocol, get_args(Published))
     models: dict[tuple[str, ...], list[dict[str, str]]] = {}
     for row in rows:
         if source in (None, row["source"]) and _is_of(row, protocol):
@@ -110,7 +111,7 @@ def _record(rows: list[dict[str, str]], protocol: str) -> Record:
         record["npss"] = {"released": scores[""]}
     if windows := {window: score for window, score in scores.items() if window}:
         record["npss_windows"] = {"released": windows}
-    convention = "released" if scores else None
+    convention: ConventionName | None = "released" if scores else None
     metrics = [metric for metric in (NPSS.name, EULER_ERROR.name) if metric in record]
     record["signature"] = signature(convention, metric="+".join(metrics), **stated)
     record["signatures"] = {}

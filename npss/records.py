@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from npss._analysis.blocks import STATISTICS_VERSION, Groups, Label, read_groups
 from npss._analysis.fingerprint import fingerprint
 from npss._metric.contributions import contributions
-from npss._metric.convention import CONVENTIONS, as_convention
+from npss._metric.convention import CONVENTIONS, ConventionName, as_convention
 from npss._metric.euler_error import euler_error, moving_pair, sequence_errors
 from npss._metric.fields import Value
 from npss._metric.metric import Metric
@@ -24,9 +24,11 @@ from npss.rotations._unwrap import unwrap
 from npss.skeleton import poses_to_positions
 from npss.validation import Float64, each, motion_pair, positive_number, renamed
 
-__all__ = ["NUMBERS", "Groups", "Record", "measure", "signature_of", "summary"]
+__all__ = ["NUMBERS", "Groups", "Record", "Unwrapped", "measure", "signature_of", "summary"]
 
 Record = dict[str, Any]
+#: Where jumps of 2 pi are removed.
+Unwrapped = Literal["off", "target", "seed"]
 
 #: The entries of a record that hold numbers.
 NUMBERS = ("npss", "npss_windows", "euler_error", "metrics")
@@ -37,13 +39,13 @@ def measure(
     gt: npt.ArrayLike,
     pred: npt.ArrayLike,
     *,
-    conventions: Sequence[str] = tuple(CONVENTIONS),
+    conventions: Sequence[ConventionName] = tuple(CONVENTIONS),
     fps: float | None = None,
     at_ms: Sequence[int] = (),
     edges_ms: Sequence[float] = (),
     metrics: Sequence[str] = (),
     poses: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
-    unwrapped: str = "off",
+    unwrapped: Unwrapped = "off",
     seed_frames: npt.ArrayLike | None = None,
     workers: int = 1,
     sequences: bool = False,

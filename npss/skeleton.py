@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -214,7 +215,11 @@ H36M = Skeleton(
 FEATURE_NAMES = tuple(f"{joint}.{axis}" for joint in ("translation", *H36M.names) for axis in "xyz")
 
 
-def poses_to_positions(poses: npt.ArrayLike, *, root: str = "fixed") -> Array:
+#: Where the root is: at the origin, facing ahead, or on its path.
+Root = Literal["fixed", "path"]
+
+
+def poses_to_positions(poses: npt.ArrayLike, *, root: Root = "fixed") -> Array:
     """Compute where the joints of Human3.6M poses are.
 
     Parameters
@@ -268,7 +273,7 @@ def poses_to_positions(poses: npt.ArrayLike, *, root: str = "fixed") -> Array:
     array([-132.9, -442.9, -454.2])
     """
     array = rotation_array("poses", poses, (POSE,))
-    one_of("root", root, ("fixed", "path"))
+    one_of("root", root, get_args(Root))
     if root == "path" and array.ndim < 2:
         raise ValueError(f"poses: a path needs an axis of time, expected shape (..., T, {POSE}), got {array.shape}")
     check_finite("poses", array)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 import torch
 
-from npss._metric.convention import Convention, as_convention
+from npss._metric.convention import Convention, ConventionName, as_convention
 from npss.validation import check_finite, motion_array
 
 __all__ = ["score"]
@@ -23,7 +23,7 @@ __all__ = ["score"]
 _DTYPES = (torch.float64, torch.float32, torch.float16, torch.bfloat16)
 
 
-def score(gt: torch.Tensor, pred: torch.Tensor, *, convention: str | Convention = "paper") -> torch.Tensor:
+def score(gt: torch.Tensor, pred: torch.Tensor, *, convention: ConventionName | Convention = "paper") -> torch.Tensor:
     """NPSS as a differentiable torch function: the number that `npss.score` gives, as a scalar tensor.
 
     Parameters

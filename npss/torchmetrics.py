@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
-from typing import Any
+from typing import Any, Literal, get_args
 
 import torch
 from torchmetrics import Metric
 
-from npss._metric.convention import CHOICES, Convention, as_convention
+from npss._metric.convention import CHOICES, Convention, ConventionName, as_convention
 from npss.torch import check_finite_tensor, check_pair, weighted_sums
 from npss.validation import one_of
 
 __all__ = ["NPSS"]
 
-_POLICIES = ("raise", "propagate")
+Policy = Literal["raise", "propagate"]
+_POLICIES: tuple[Policy, ...] = get_args(Policy)
 _LEAST = 1e-290  # a sum of weights below which float64 begins to lose digits
 
 
@@ -85,7 +86,9 @@ class NPSS(Metric):
     numerator: torch.Tensor  # ()
     denominator: torch.Tensor  # ()
 
-    def __init__(self, *, convention: str | Convention = "paper", nan_policy: str = "raise", **kwargs: Any) -> None:
+    def __init__(
+        self, *, convention: ConventionName | Convention = "paper", nan_policy: Policy = "raise", **kwargs: Any
+    ) -> None:
         super().__init__(**kwargs)
         self.convention = as_convention(convention)
         one_of("nan_policy", nan_policy, _POLICIES)

@@ -11,8 +11,9 @@ import numpy.typing as npt
 
 from npss._analysis.blocks import INFERRED, Blocks, Label, counted, read_groups
 from npss._analysis.bootstrap import checked_level
+from npss._analysis.interval import Interval
 from npss._analysis.sign_flip import MIN_BLOCKS_OF_TEST, SAMPLES, SignFlips, settled, sign_flips
-from npss._metric.convention import Convention, as_convention
+from npss._metric.convention import Convention, ConventionName, as_convention
 from npss._metric.fields import Value
 from npss._metric.frames import whole_frames
 from npss._metric.registry import EULER_ERROR, NPSS, metric_called
@@ -24,7 +25,7 @@ from npss.validation import Float64, Seed, motion_array, positive_number, real_a
 class Comparison:
     """Two predictions of one ground truth, compared. `npss.compare` makes it.
 
-    Parameters
+    Attributes
     ----------
     a, b : float
         The two scores.
@@ -60,7 +61,7 @@ class Comparison:
         """Score of the first minus that of the second, in blocks: negative where the first is lower."""
         return self.a_in_blocks - self.b_in_blocks
 
-    def interval(self, *, level: float = 0.95) -> tuple[float, float]:
+    def interval(self, *, level: float = 0.95) -> Interval:
         """Return the differences that the test does not reject: a confidence interval of the difference.
 
         It excludes 0 if and only if ``p_value`` is at most ``1 - level``.
@@ -72,8 +73,8 @@ class Comparison:
 
         Returns
         -------
-        low, high : float
-            Infinite where there are too few blocks to tell: at any level, fewer than six.
+        Interval
+            Its ends are infinite where there are too few blocks to tell: at any level, fewer than six.
 
         Raises
         ------
@@ -81,7 +82,7 @@ class Comparison:
             If the level is not between 0 and 1.
         """
         checked_level(level)
-        return (-math.inf, math.inf) if self.p_value is None else self._flips.interval(level)
+        return Interval(-math.inf, math.inf) if self.p_value is None else self._flips.interval(level)
 
     def __repr__(self) -> str:
         return f"Comparison(a={self.a!r}, b={self.b!r}, p_value={self.p_value!r}, signature={self.signature!r})"
@@ -111,7 +112,7 @@ def compare(
     pred_b: npt.ArrayLike,
     *,
     metric: str = NPSS.name,
-    convention: str | Convention = "paper",
+    convention: ConventionName | Convention = "paper",
     fps: float | None = None,
     at_ms: float | None = None,
     groups: Iterable[Label | None] | None = None,

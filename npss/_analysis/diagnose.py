@@ -23,7 +23,7 @@ _WHOLE = ("shift", "context", "poses", "degrees", "axes", "joints")
 class Finding:
     """A trap that a motion is in. `npss.diagnose` finds it; its text says all.
 
-    Parameters
+    Attributes
     ----------
     trap : str
         ``'wrap'``, ``'gimbal-flip'``, ``'quaternion-sign'``, ``'hemisphere'``, ``'constant'``, ``'shift'``,

@@ -12,7 +12,7 @@ from npss._analysis.blocks import INFERRED, Blocks, Groups, Label, read_groups
 from npss._analysis.fingerprint import fingerprint
 from npss._analysis.interval import Interval, Range, interval, method
 from npss._metric.contributions import contributions
-from npss._metric.convention import Convention, as_convention
+from npss._metric.convention import Convention, ConventionName, as_convention
 from npss._metric.fields import Value
 from npss._metric.registry import NPSS
 from npss._metric.signature import signature, stated_with
@@ -24,7 +24,7 @@ from npss.validation import Float64, Seed, each, motion_pair, positive_number
 class Report:
     """NPSS of a set of motions, with what it is made of. `npss.report` makes it; ``float(report)`` is the score.
 
-    Parameters
+    Attributes
     ----------
     score : float
         As `npss.score` returns it.
@@ -149,7 +149,7 @@ def report(
     gt: npt.ArrayLike,
     pred: npt.ArrayLike,
     *,
-    convention: str | Convention = "paper",
+    convention: ConventionName | Convention = "paper",
     fps: float | None = None,
     feature_names: Sequence[str] | None = None,
     groups: Iterable[Label | None] | None = None,

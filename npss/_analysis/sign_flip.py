@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from npss._analysis.bootstrap import checked_level
+from npss._analysis.interval import Interval
 from npss.validation import Float64, Seed, generator
 
 EXACT_UP_TO = 16  # blocks; beyond, exchanges are drawn
@@ -33,11 +34,11 @@ class SignFlips(NamedTuple):
         """Return the share of exchanges that are at least as extreme, in either direction, as what was seen."""
         return float(np.mean((self.low <= 0) & (self.high >= 0)))
 
-    def interval(self, level: float) -> tuple[float, float]:
+    def interval(self, level: float) -> Interval:
         """Return the smallest and largest difference that the test at ``1 - level`` would not reject."""
         last = len(self.low) - 1
         rank = min(last, math.floor((1 - checked_level(level)) * len(self.low) + 1e-9))
-        return float(np.sort(self.low)[rank]), float(np.sort(self.high)[::-1][rank])
+        return Interval(float(np.sort(self.low)[rank]), float(np.sort(self.high)[::-1][rank]))
 
 
 def sign_flips(difference: Float64, weight: Float64, *, seed: Seed = 0) -> SignFlips:

@@ -6,7 +6,7 @@ from typing import Any, Self
 
 import numpy.typing as npt
 
-from npss._metric.convention import Convention, as_convention, convention_name
+from npss._metric.convention import Convention, ConventionName, as_convention, convention_name
 from npss._metric.registry import NPSS
 from npss._metric.score import quotient, weighted_sums
 from npss._metric.signature import METRIC_VERSION, parse_signature, signature
@@ -52,7 +52,7 @@ class Accumulator:
     True
     """
 
-    def __init__(self, *, convention: str | Convention = "paper") -> None:
+    def __init__(self, *, convention: ConventionName | Convention = "paper") -> None:
         self._convention = as_convention(convention)
         self._shape: tuple[int, int] | None = None  # frames and features, known from the first batch on
         self._sequences = 0

@@ -5,17 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, cast, get_args, get_type_hints
 
 from npss.validation import one_of
 
-CHOICES: dict[str, tuple[str, ...]] = {
-    "power": ("magnitude", "real"),
-    "bins": ("two-sided", "one-sided"),
-    "distance": ("cdf", "spectrum"),
-    "weight": ("power", "uniform"),
-    "zero": ("dc", "empty"),
-}
+#: The names of the named conventions.
+ConventionName = Literal["paper", "released", "literal"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,9 +78,11 @@ class Convention:
             one_of(field.name, getattr(self, field.name), CHOICES[field.name])
 
 
+#: What each field may be.
+CHOICES: dict[str, tuple[str, ...]] = {name: get_args(kind) for name, kind in get_type_hints(Convention).items()}
 #: The named conventions: ``paper`` (what the text defines, the default), ``released`` (what published tables hold)
 #: and ``literal`` (equations 7 to 9 as printed).
-CONVENTIONS: Mapping[str, Convention] = MappingProxyType(
+CONVENTIONS: Mapping[ConventionName, Convention] = MappingProxyType(
     {
         "paper": Convention(),
         "released": Convention(power="real", zero="empty"),
@@ -107,9 +104,9 @@ def as_convention(convention: str | Convention) -> Convention:
     if isinstance(convention, Convention):
         return convention
     one_of("convention", convention, tuple(CONVENTIONS))
-    return CONVENTIONS[convention]
+    return cast(Mapping[str, Convention], CONVENTIONS)[convention]
 
 
-def convention_name(convention: Convention) -> str | None:
+def convention_name(convention: Convention) -> ConventionName | None:
     """Return the name of a named convention, None for another."""
     return next((name for name, named in CONVENTIONS.items() if named == convention), None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,10 @@ from npss._metric.frames import whole_frames
 from npss.validation import Array, BeyondFloat64Error, Float64, check_finite, each, motion_pair, one_of, positive_number
 
 _BLOCK = 2**16  # values of one array worked on at once
+#: Which features count: those that move in the ground truth, in the prediction, or all.
+Columns = Literal["gt", "pred", "all"]
+#: Whether the error is that at a time, or the mean up to it.
+Average = Literal["at", "up-to"]
 #: A feature moves if its standard deviation over the frames of a sequence exceeds this.
 MOVES = 1e-4
 
@@ -23,8 +28,8 @@ def euler_error(
     *,
     fps: float = 25,
     at_ms: Sequence[float] = (80, 160, 320, 400, 560, 1000),
-    columns: str = "gt",
-    average: str = "at",
+    columns: Columns = "gt",
+    average: Average = "at",
 ) -> dict[float, float]:
     """Euler angle error at given times: the field's "MSE", which is a mean of norms, not of squares.
 
@@ -77,7 +82,7 @@ def euler_error(
     >>> {t: round(e, 3) for t, e in npss.euler_error(gt, np.zeros_like(gt), at_ms=(80, 1000)).items()}
     {80: 0.093, 1000: 2.236}
     """
-    one_of("average", average, ("at", "up-to"))
+    one_of("average", average, get_args(Average))
     rate = positive_number("fps", fps)
     truth, prediction = motion_pair(gt, pred)
     frames: dict[float, int] = {}
@@ -90,7 +95,7 @@ def euler_error(
     return {time: float(curve[:count].mean()) for time, count in frames.items()}
 
 
-def euler_error_curve(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: str = "gt") -> Float64:
+def euler_error_curve(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Columns = "gt") -> Float64:
     """Euler angle error of every predicted frame.
 
     Parameters
@@ -167,7 +172,7 @@ def mse(gt: npt.ArrayLike, pred: npt.ArrayLike) -> float:
         raise BeyondFloat64Error("pred", "its mean squared difference from gt is beyond the largest float64") from None
 
 
-def sequence_errors(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: str = "gt") -> Float64:
+def sequence_errors(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Columns = "gt") -> Float64:
     """Return the error of every frame of every sequence, ``(N, T)``, of which `euler_error_curve` is the mean."""
     truth, prediction = motion_pair(gt, pred)
     errors = np.concatenate(list(_errors(truth, prediction, columns)))
@@ -190,7 +195,7 @@ def moving_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array, n
     return truth, prediction, still
 
 
-def _curve(gt: Array, pred: Array, columns: str) -> Float64:
+def _curve(gt: Array, pred: Array, columns: Columns) -> Float64:
     """Return the mean over sequences, ``(T,)``."""
     n_sequences = len(gt) if gt.ndim == 3 else 1
     curve = np.zeros(gt.shape[-2])
@@ -205,9 +210,9 @@ def _check_range(errors: Float64) -> None:
         raise BeyondFloat64Error("pred", "its difference from gt is beyond the largest float64")
 
 
-def _errors(gt: Array, pred: Array, columns: str) -> Iterator[Float64]:
+def _errors(gt: Array, pred: Array, columns: Columns) -> Iterator[Float64]:
     """Yield the errors ``(n, T)`` of some sequences after others; infinite where they are beyond float64."""
-    one_of("columns", columns, ("gt", "pred", "all"))
+    one_of("columns", columns, get_args(Columns))
     for top, first, second in _blocks(gt, pred):
         with np.errstate(all="ignore"):
             if columns == "all":

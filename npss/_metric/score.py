@@ -8,14 +8,16 @@ from contextlib import ExitStack
 
 import numpy.typing as npt
 
-from npss._metric.convention import Convention, as_convention
+from npss._metric.convention import Convention, ConventionName, as_convention
 from npss._metric.exact_sum import exact_sum
 from npss._metric.frames import whole_frames
 from npss._metric.kernel import Block, Tile, blocks, tile
 from npss.validation import Array, check_finite, each, is_integer, motion_pair, positive_number, renamed
 
 
-def score(gt: npt.ArrayLike, pred: npt.ArrayLike, *, convention: str | Convention = "paper", workers: int = 1) -> float:
+def score(
+    gt: npt.ArrayLike, pred: npt.ArrayLike, *, convention: ConventionName | Convention = "paper", workers: int = 1
+) -> float:
     """NPSS, the power-weighted mean distance between the power spectra of prediction and ground truth.
 
     Lower is better; 0 says that the power spectra are equal, not that the motions are. A score without its convention,
@@ -86,7 +88,7 @@ def score_windows(
     *,
     fps: float,
     edges_ms: Sequence[float] = (0, 1000, 2000, 4000),
-    convention: str | Convention = "paper",
+    convention: ConventionName | Convention = "paper",
     workers: int = 1,
 ) -> dict[str, float]:
     """NPSS of consecutive time windows: how good a prediction is in the short, medium and long term.

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from npss._metric.convention import Convention, as_convention, convention_name
+from npss._metric.convention import Convention, ConventionName, as_convention, convention_name
 from npss._metric.fields import FIELDS, FIRST, Value, check_names, check_value
 from npss._metric.metric import FIELD, NAME, Metric
 from npss._metric.registry import METRICS, NPSS, metric_called
@@ -35,7 +35,7 @@ _ESCAPES = {"%": "%25", "|": "%7C", ":": "%3A", "+": "%2B"}
 
 
 def signature(
-    convention: str | Convention | Sequence[str | Convention] | None = "paper",
+    convention: ConventionName | Convention | Sequence[ConventionName | Convention] | None = "paper",
     *,
     metric: str = NPSS.name,
     version: int = METRIC_VERSION,

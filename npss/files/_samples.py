@@ -19,12 +19,22 @@ _SAMPLE = re.compile(r"expmap/(gt|preds)/([^/]+)_([0-9]+)")
 
 
 class Pair(NamedTuple):
-    """Ground truth and prediction to be compared."""
+    """Ground truth and prediction to be compared.
 
-    name: str | None  # of the action or the array, where the file names it
+    Attributes
+    ----------
+    name : str or None
+        The action or the array, where the file names it.
+    gt, pred : (N, T, D) or (T, D) ndarray
+        The two motions.
+    stored_curve : (T,) ndarray of float64 or None
+        The Euler error of every frame, as the file states it.
+    """
+
+    name: str | None
     gt: Array
     pred: Array
-    stored_curve: Float64 | None = None  # the Euler error of every frame, as the file states it
+    stored_curve: Float64 | None = None
 
 
 def read_pair(gt: Path, pred: Path, *, key: str | None = None, max_size: float = MAX_SIZE) -> list[Pair]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from npss.skeleton import Skeleton
 
 _COLOUR = {"left": COLOURS[0], "right": COLOURS[1], "centre": TRUTH}
+#: Which axis points up.
+Up = Literal["y", "z"]
 _CELL = 1.9  # height of a skeleton, in inches
 
 
@@ -29,7 +31,7 @@ def film_strip(
     fps: float,
     at_ms: Sequence[float] = (160, 560, 1000, 2000, 4000),
     skeleton: Skeleton,
-    up: str = "y",
+    up: Up = "y",
     azimuth: float = -60,
 ) -> Figure:
     """Draw skeletons at given times, one row a motion: what the numbers are about.
@@ -81,7 +83,7 @@ def film_strip(
     5
     """
     rate = positive_number("fps", fps)
-    one_of("up", up, ("y", "z"))
+    one_of("up", up, get_args(Up))
     if not (is_real(azimuth) and math.isfinite(azimuth)):
         raise ValueError(f"azimuth: expected an angle in degrees, got {azimuth!r}")
     if not isinstance(motions, Mapping):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from npss._metric.convention import Convention, as_convention
+from npss._metric.convention import Convention, ConventionName, as_convention
 from npss._metric.fields import Value
 from npss._metric.power import PowerSpectrum
 from npss._metric.score import score
@@ -31,7 +31,7 @@ def spectra(
     fps: float,
     sequence: int = 0,
     feature: int = 0,
-    convention: str | Convention = "paper",
+    convention: ConventionName | Convention = "paper",
     names: Sequence[str] = ("ground truth", "prediction"),
     feature_names: Sequence[str] | None = None,
     extra: Mapping[str, Value] | None = None,

@@ -163,7 +163,7 @@ def known_blocks(protocol: object, action: str, shape: tuple[int, ...]) -> Group
     lengths = TEST_LENGTHS.get(action, (None, None))
     if protocol not in BLOCKED or None in lengths:
         return None
-    labels = window_blocks(str(protocol), [length for length in lengths if length is not None], n_target=shape[1])
+    labels = window_blocks(protocol, [length for length in lengths if length is not None], n_target=shape[1])
     if len(labels) != shape[0]:
         raise ValueError(
             f"{action}: the protocol {protocol} has {len(labels)} windows, but here are {shape[0]} sequences"

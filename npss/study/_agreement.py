@@ -5,9 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal, get_args
 
-from npss.study._votes import CHOICES
+from npss.study._votes import CHOICES, Choice
 from npss.validation import one_of
+
+#: What becomes of questions with a tie: left out, or each counted as half agreed.
+Ties = Literal["exclude", "half"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +45,7 @@ class Agreement:
         """Questions without a tie: those that tests and intervals are about."""
         return self.agreed + self.disagreed
 
-    def rate(self, *, ties: str = "exclude") -> float:
+    def rate(self, *, ties: Ties = "exclude") -> float:
         """Return the share of questions agreed on; NaN of none.
 
         Parameters
@@ -49,13 +53,13 @@ class Agreement:
         ties : {'exclude', 'half'}, optional
             Leave questions with a tie out, or count each as half agreed.
         """
-        one_of("ties", ties, ("exclude", "half"))
+        one_of("ties", ties, get_args(Ties))
         tied = self.tied_votes + self.tied_metric if ties == "half" else 0
         n = self.n + tied
         return (self.agreed + tied / 2) / n if n else math.nan
 
 
-def agreement(predictions: Sequence[str], majorities: Sequence[str]) -> Agreement:
+def agreement(predictions: Sequence[Choice], majorities: Sequence[Choice]) -> Agreement:
     """Count how often predictions and majorities agree.
 
     Parameters
@@ -121,7 +125,7 @@ class JointAgreement:
 
 
 def joint_agreement(
-    predictions_a: Sequence[str], predictions_b: Sequence[str], majorities: Sequence[str]
+    predictions_a: Sequence[Choice], predictions_b: Sequence[Choice], majorities: Sequence[Choice]
 ) -> JointAgreement:
     """Count on which questions two metrics agree with the majority.
 
@@ -160,7 +164,7 @@ def joint_agreement(
     )
 
 
-def _check_choices(**answers: Sequence[str]) -> None:
+def _check_choices(**answers: Sequence[Choice]) -> None:
     lengths = {name: len(choices) for name, choices in answers.items()}
     if len(set(lengths.values())) > 1:
         raise ValueError(f"{' and '.join(answers)}: their lengths differ: {lengths}")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from typing import Any, Literal, get_args
 
 from npss.extras import install_hint
 from npss.validation import is_integer, is_real, positive_integer
 
 #: What the first proportion may be said to be, compared with the second one.
-ALTERNATIVES = ("greater", "less", "two-sided")
+Alternative = Literal["greater", "less", "two-sided"]
+ALTERNATIVES: tuple[Alternative, ...] = get_args(Alternative)
 
 
 def count_of(name: str, value: object, total_name: str, total: object) -> tuple[int, int]:

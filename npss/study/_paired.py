@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import comb
 
-from npss.study._input import ALTERNATIVES
+from npss.study._input import ALTERNATIVES, Alternative
 from npss.validation import is_integer, one_of
 
 
@@ -32,13 +32,13 @@ class PairedTest:
     """
 
     method: str
-    alternative: str
+    alternative: Alternative
     only_a: int
     only_b: int
     p_value: float
 
 
-def mcnemar_test(only_a: int, only_b: int, *, alternative: str = "greater") -> PairedTest:
+def mcnemar_test(only_a: int, only_b: int, *, alternative: Alternative = "greater") -> PairedTest:
     """McNemar's exact test: which of two succeeds more often on the same questions.
 
     Of the questions that tell the two apart, each falls to either with probability 1/2 if the proportions are equal: a

@@ -6,7 +6,7 @@ import math
 from bisect import bisect_left
 from statistics import NormalDist
 
-from npss.study._input import ALTERNATIVES, fraction
+from npss.study._input import ALTERNATIVES, Alternative, fraction
 from npss.validation import one_of, positive_integer
 
 _Z = NormalDist()
@@ -19,7 +19,7 @@ def power(
     n_a: int,
     n_b: int | None = None,
     *,
-    alternative: str = "greater",
+    alternative: Alternative = "greater",
     alpha: float = 0.05,
     correction: bool = True,
 ) -> float:
@@ -73,7 +73,7 @@ def sample_size(
     p_b: float,
     *,
     power: float = 0.8,
-    alternative: str = "greater",
+    alternative: Alternative = "greater",
     alpha: float = 0.05,
     correction: bool = True,
 ) -> int:
@@ -128,15 +128,17 @@ def sample_size(
 
 
 def _checked(
-    p_a: float, p_b: float, alternative: str, alpha: float, correction: bool
-) -> tuple[float, float, str, float, bool]:
+    p_a: float, p_b: float, alternative: Alternative, alpha: float, correction: bool
+) -> tuple[float, float, Alternative, float, bool]:
     one_of("alternative", alternative, ALTERNATIVES)
     if not isinstance(correction, bool):
         raise TypeError(f"correction: expected True or False, got {correction!r}")
     return fraction("p_a", p_a), fraction("p_b", p_b), alternative, fraction("alpha", alpha), correction
 
 
-def _power(p_a: float, p_b: float, alternative: str, alpha: float, correction: bool, n_a: int, n_b: int) -> float:
+def _power(
+    p_a: float, p_b: float, alternative: Alternative, alpha: float, correction: bool, n_a: int, n_b: int
+) -> float:
     pooled = (n_a * p_a + n_b * p_b) / (n_a + n_b)
     per_trial = 1 / n_a + 1 / n_b
     under_null = math.sqrt(pooled * (1 - pooled) * per_trial)

@@ -11,6 +11,7 @@ from npss._metric.convention import CONVENTIONS
 from npss._metric.registry import EULER_ERROR
 from npss.protocol import SLICES_MS
 from npss.study._design import Question
+from npss.study._votes import Choice
 from npss.validation import each, is_real
 
 
@@ -114,7 +115,7 @@ def rank(scores: Mapping[str, float], *, lower_is_better: bool = True) -> dict[s
     }
 
 
-def predict(question: Question, ranking: Mapping[str, int]) -> str:
+def predict(question: Question, ranking: Mapping[str, int]) -> Choice:
     """Say which of a question's two models a metric prefers: the one that it ranks better.
 
     Parameters

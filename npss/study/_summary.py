@@ -10,12 +10,13 @@ from npss._metric.convention import CONVENTIONS
 from npss._metric.registry import EULER_ERROR
 from npss._metric.signature import higher_is_better
 from npss.study._agreement import agreement, joint_agreement
+from npss.study._input import Alternative
 from npss.study._intervals import wilson_interval
 from npss.study._kappa import kappa
 from npss.study._paired import mcnemar_test
 from npss.study._ranking import model_scores, predict, rank, score_of
 from npss.study._two_samples import binomial_test
-from npss.study._votes import CHOICES, Count, Vote, count_votes
+from npss.study._votes import CHOICES, Choice, Count, Vote, count_votes
 
 #: Confidence level of all intervals.
 LEVEL = 0.95
@@ -37,7 +38,7 @@ def summary(
     records: Sequence[Mapping[str, Any]] | None = None,
     *,
     conventions: Sequence[str] | None = None,
-    alternative: str = "greater",
+    alternative: Alternative = "greater",
 ) -> dict[str, Any]:
     """Return what votes tell of models and participants, and with records of their scores, of metrics.
 
@@ -116,7 +117,10 @@ def _pairs(counts: Sequence[Count]) -> list[dict[str, Any]]:
 
 
 def _metrics(
-    counts: Sequence[Count], records: Sequence[Mapping[str, Any]], conventions: Sequence[str] | None, alternative: str
+    counts: Sequence[Count],
+    records: Sequence[Mapping[str, Any]],
+    conventions: Sequence[str] | None,
+    alternative: Alternative,
 ) -> dict[str, Any]:
     """Return how the metrics rank the models, how often the majority agrees with each, and with which the more."""
     models = {
@@ -141,7 +145,7 @@ def _metrics(
         voted = "; ".join(f"{action}: {', '.join(of_action)}" for action, of_action in models.items())
         raise ValueError(f"records: neither NPSS nor the Euler error of what was voted on ({voted})")
     metrics: dict[str, Any] = {}
-    predictions: dict[str, list[str]] = {}
+    predictions: dict[str, list[Choice]] = {}
     for name in names:
         scores = {action: model_scores(asked, models[action], action=action, metric=name) for action in models}
         signatures = {action: _signature(asked, action, name) for action in models}
@@ -188,7 +192,9 @@ def _agreement(counts: Sequence[Count], ranks: Mapping[str, Mapping[str, int]]) 
     }
 
 
-def _comparison(first: Sequence[str], second: Sequence[str], majorities: Sequence[str], side: str) -> dict[str, Any]:
+def _comparison(
+    first: Sequence[Choice], second: Sequence[Choice], majorities: Sequence[Choice], side: Alternative
+) -> dict[str, Any]:
     """Return the tests of two metrics: that of independent samples, and that of paired ones."""
     a, b, joint = (
         agreement(first, majorities),

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from npss._analysis.interval import Interval
-from npss.study._input import ALTERNATIVES, count_of, fraction, scipy_stats
+from npss.study._input import ALTERNATIVES, Alternative, count_of, fraction, scipy_stats
 from npss.study._intervals import newcombe_interval, wilson_interval
 from npss.validation import one_of
 
@@ -46,7 +46,7 @@ class ProportionTest:
     """
 
     method: str
-    alternative: str
+    alternative: Alternative
     statistic: float
     p_value: float
     proportion_a: float
@@ -64,7 +64,7 @@ def binomial_test(
     b: int,
     n_b: int,
     *,
-    alternative: str = "greater",
+    alternative: Alternative = "greater",
     correction: bool = True,
     level: float = 0.95,
 ) -> ProportionTest:
@@ -137,7 +137,7 @@ def binomial_test(
 
 
 def fisher_test(
-    a: int, n_a: int, b: int, n_b: int, *, alternative: str = "greater", level: float = 0.95
+    a: int, n_a: int, b: int, n_b: int, *, alternative: Alternative = "greater", level: float = 0.95
 ) -> ProportionTest:
     """Fisher's exact test of two proportions: conditional on the total of successes, and conservative. Needs scipy.
 
@@ -186,7 +186,7 @@ def fisher_test(
 
 
 def boschloo_test(
-    a: int, n_a: int, b: int, n_b: int, *, alternative: str = "greater", level: float = 0.95
+    a: int, n_a: int, b: int, n_b: int, *, alternative: Alternative = "greater", level: float = 0.95
 ) -> ProportionTest:
     """Boschloo's exact test of two proportions: unconditional, and never less powerful than Fisher's. Needs scipy.
 
@@ -238,7 +238,7 @@ def _counts(a: int, n_a: int, b: int, n_b: int) -> tuple[int, int, int, int]:
 
 
 def _result(
-    method: str, alternative: str, statistic: float, p: float, a: int, n_a: int, b: int, n_b: int, level: float
+    method: str, alternative: Alternative, statistic: float, p: float, a: int, n_a: int, b: int, n_b: int, level: float
 ) -> ProportionTest:
     return ProportionTest(
         method=method,

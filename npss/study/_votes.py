@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 from npss.study._design import Question
 from npss.validation import Seed, generator, is_real, positive_integer, renamed
 
 #: What a participant may answer: the motion on the left, the one on the right, or neither.
-CHOICES = ("A", "B", "tie")
+Choice = Literal["A", "B", "tie"]
+CHOICES: tuple[Choice, ...] = get_args(Choice)
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class Vote:
     action: str
     question: Question
     participant: str
-    choice: str
+    choice: Choice
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ class Count:
     tie: int
 
     @property
-    def majority(self) -> str:
+    def majority(self) -> Choice:
         """``'A'`` or ``'B'``, whichever has more votes, or ``'tie'``; votes for neither count for neither."""
         return "tie" if self.a == self.b else "A" if self.a > self.b else "B"
 

@@ -1,7 +1,10 @@
 """One name for one thing: seed frames, randomness and times; and former names that say what they are called now."""
 
+import dataclasses
 import inspect
+import re
 from importlib import import_module
+from typing import Literal, get_args, get_origin
 
 import numpy as np
 import pytest
@@ -130,3 +133,78 @@ def test_a_number_gives_the_same_draws_and_a_generator_moves_on(name):
     own = np.random.default_rng(3)
     assert draw(3) == draw(3) == draw(own)
     assert draw(own) != draw(3)
+
+
+def stated_choices():
+    """Yield what docstrings of public functions say of their arguments: ``name : {'a', 'b'} or ...``."""
+    for name in MODULES:
+        if not name.startswith("npss."):
+            continue
+        module = import_module(name)
+        classes = [value for value in vars(module).values() if inspect.isclass(value) and value.__module__ == name]
+        functions = [value for value in vars(module).values() if inspect.isfunction(value) and value.__module__ == name]
+        functions += [value for one in classes for value in vars(one).values() if inspect.isfunction(value)]
+        for documented in [*functions, *classes]:
+            for names, text in re.findall(r"^ *([a-z_, ]+) : [^{\n]*\{(.*?)\}", documented.__doc__ or "", re.M):
+                for argument in names.split(", "):
+                    yield documented, argument, set(re.findall(r"'([^']*)'", text))
+
+
+def named_in(kind):
+    """Return the values of every Literal in a type."""
+    if get_origin(kind) is Literal:
+        return set(get_args(kind))
+    return {value for part in get_args(kind) for value in named_in(part)}
+
+
+def test_what_has_few_values_is_typed_by_them():
+    pytest.importorskip("torch")
+    checked = set()
+    for documented, argument, choices in stated_choices():
+        own = inspect.unwrap(documented)
+        owner = own.__init__ if inspect.isclass(own) and argument not in own.__annotations__ else own
+        if inspect.isclass(owner):
+            scope = vars(import_module(owner.__module__))
+        else:
+            scope = owner.__globals__
+        kind = eval(owner.__annotations__[argument], dict(scope))
+        if kind is not str or not own.__module__.startswith("npss._"):  # what only this library calls may be plain text
+            assert named_in(kind) == choices, (documented, argument)
+            checked.add(argument)
+    assert {"convention", "alternative", "columns", "average", "unwrapped", "choice", "nan_policy"} <= checked
+
+
+def public_classes():
+    for space in (npss, npss.files, npss.protocol, npss.ranking, npss.skeleton, study):
+        for name in space.__all__:
+            value = getattr(space, name)
+            if inspect.isclass(value):
+                yield value
+
+
+def test_fields_of_results_are_documented_as_attributes():
+    made_by_users = {"Convention", "Skeleton"}
+    seen = 0
+    for one in public_classes():
+        fields = [field.name for field in dataclasses.fields(one)] if dataclasses.is_dataclass(one) else []
+        fields += getattr(one, "_fields", ())
+        section = "Parameters" if one.__name__ in made_by_users else "Attributes"
+        if fields:
+            assert f"\n{section}\n---" in inspect.getdoc(one), one
+            text = inspect.getdoc(one).partition(f"\n{section}\n")[2]
+            assert [
+                name for name in fields if name[0] != "_" and not re.search(rf"^[a-z_, ]*\b{name}\b.* : ", text, re.M)
+            ] == []
+            seen += 1
+    assert seen > 12
+
+
+def test_every_interval_has_its_ends_by_name():
+    gt = np.random.default_rng(0).normal(size=(12, 20, 2)).cumsum(axis=1)
+    comparison = npss.compare(gt, gt + 1, 0 * gt)
+    few = npss.compare(gt[:3], gt[:3] + 1, 0 * gt[:3])
+    tested = study.binomial_test(8, 10, 5, 10)
+    intervals = [npss.report(gt, 0 * gt).interval(), comparison.interval(), few.interval()]
+    intervals += [study.wilson_interval(3, 9), tested.interval_a, tested.interval_b, tested.interval_difference]
+    assert {type(one) for one in intervals} == {npss.Interval}
+    assert all(one.low <= one.high for one in intervals)

@@ -126,7 +126,7 @@ def study(motion: Motion) -> list[Record]:
         "protocol": motion.protocol,
         "unwrap": "off",
     }
-    signatures = {name: signature(name, **context) for name in CONVENTIONS}
+    signatures: dict[str, str] = {name: signature(name, **context) for name in CONVENTIONS}
     signatures[EULER_ERROR.name] = signature(
         None, metric=EULER_ERROR.name, columns="gt", average="up-to", at_ms=end_ms, **context
     )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from npss import poses_to_euler, protocol
 from npss.predictors import Predictor
-from npss.records import Record, measure
+from npss.records import Record, Unwrapped, measure
 from npss_baselines.data.tasks import Task
 
 EDGES_MS = (0, 1000, 2000, 4000)  # of table 5 of the NPSS paper
@@ -18,7 +18,7 @@ def evaluate(
     task: Task,
     *,
     metrics: Sequence[str] = (),
-    unwrapped: str = "off",
+    unwrapped: Unwrapped = "off",
     sequences: bool = False,
 ) -> Record:
     """Measure a predictor on a task: the record of ``npss.score`` and its relatives, under every convention.

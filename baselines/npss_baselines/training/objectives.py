@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import torch
 from torch import Tensor
@@ -98,7 +98,7 @@ def loss(
     if recipe.npss_weight > 0 and statistics is not None:
         mean, std = (value[_SCORED] for value in statistics)
         true, predicted = (motion[..., _SCORED] * std + mean for motion in (truth, future))
-        parts["npss"] = npss.torch.score(true, predicted, convention=recipe.npss_convention)
+        parts["npss"] = npss.torch.score(true, predicted, convention=cast(npss.ConventionName, recipe.npss_convention))
         total = total + recipe.npss_weight * parts["npss"]
     return {"loss": total, **parts}
 

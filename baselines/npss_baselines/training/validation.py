@@ -10,7 +10,7 @@ from npss.predictors import Predictor
 from npss.protocol import FPS, SLICES_MS
 from npss_baselines.data.tasks import Task
 
-_CONVENTIONS = ("released", "paper")
+_CONVENTIONS: tuple[npss.ConventionName, ...] = ("released", "paper")
 
 #: Numbers by name: ``npss_released``, ``npss_paper``, ``euler_80`` and so on.
 Row = dict[str, float]
