@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from npss.rotations import _contract
 from npss.rotations._blocks import fill
+from npss.rotations._contract import conversion
 from npss.rotations._euler import H36M, euler_form
 from npss.rotations._expmap import EXPMAP
 from npss.rotations._forms import convert, result_dtype, rotation_array
@@ -15,25 +17,11 @@ from npss.rotations._quaternion import QUATERNION
 from npss.validation import Array
 
 
+@conversion(_contract.EXPMAP, _contract.MATRIX)
 def expmap_to_matrix(v: npt.ArrayLike) -> Array:
     """Convert exponential maps to rotation matrices (Rodrigues' formula).
 
-    Parameters
-    ----------
-    v : (..., 3) array_like
-        Rotation vectors: the axis, as long as the angle in radians. Any angle below 2**52.
-
-    Returns
-    -------
-    (..., 3, 3) ndarray
-        Matrices R that rotate column vectors, ``R @ x``. float32 for float32, float64 for all else.
-
-    Raises
-    ------
-    TypeError
-        If `v` is not an array of real numbers.
-    ValueError
-        If the shape is another one, or a value is not finite or an angle too large; the first index is named.
+    {contract}
 
     Examples
     --------
@@ -48,30 +36,11 @@ def expmap_to_matrix(v: npt.ArrayLike) -> Array:
     return convert("v", v, EXPMAP, MATRIX)
 
 
+@conversion(_contract.EXPMAP, _contract.QUATERNION)
 def expmap_to_quaternion(v: npt.ArrayLike) -> Array:
     """Convert exponential maps to unit quaternions.
 
-    Parameters
-    ----------
-    v : (..., 3) array_like
-        Rotation vectors: the axis, as long as the angle in radians. Any angle below 2**52.
-
-    Returns
-    -------
-    (..., 4) ndarray
-        Unit quaternions in the order w, x, y, z, with w >= 0; where w is 0, the first component that is not
-        zero is positive. float32 for float32, float64 for all else.
-
-    Raises
-    ------
-    TypeError
-        If `v` is not an array of real numbers.
-    ValueError
-        If the shape is another one, or a value is not finite or an angle too large; the first index is named.
-
-    See Also
-    --------
-    continuous : the same quaternions without jumps of sign between frames, to be scored.
+    {contract}
 
     Examples
     --------

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy.typing as npt
 
+from npss.rotations import _contract
+from npss.rotations._contract import conversion
 from npss.rotations._euler import H36M, euler_form
 from npss.rotations._expmap import EXPMAP
 from npss.rotations._forms import convert
@@ -12,29 +14,11 @@ from npss.rotations._quaternion import QUATERNION
 from npss.validation import Array
 
 
+@conversion(_contract.MATRIX, _contract.EXPMAP)
 def matrix_to_expmap(R: npt.ArrayLike) -> Array:
     """Convert rotation matrices to exponential maps (the logarithm).
 
-    Parameters
-    ----------
-    R : (..., 3, 3) array_like
-        Rotation matrices. No entry of ``R @ R.T`` may be off the identity by more than 1e-6 in double
-        precision (integers included), 1e-4 in single and 1e-2 in half precision, and the determinant must be
-        positive.
-
-    Returns
-    -------
-    (..., 3) ndarray
-        Rotation vectors in radians of length in [0, pi]; at pi, where v and -v are one rotation, the first
-        component that is not zero is positive. float32 for float32, float64 for all else.
-
-    Raises
-    ------
-    TypeError
-        If `R` is not an array of real numbers.
-    ValueError
-        If the shape is another one, a value is not finite or a matrix not a rotation; the first index is
-        named.
+    {contract}
 
     Examples
     --------
@@ -45,33 +29,11 @@ def matrix_to_expmap(R: npt.ArrayLike) -> Array:
     return convert("R", R, MATRIX, EXPMAP)
 
 
+@conversion(_contract.MATRIX, _contract.QUATERNION)
 def matrix_to_quaternion(R: npt.ArrayLike) -> Array:
     """Convert rotation matrices to unit quaternions.
 
-    Parameters
-    ----------
-    R : (..., 3, 3) array_like
-        Rotation matrices. No entry of ``R @ R.T`` may be off the identity by more than 1e-6 in double
-        precision (integers included), 1e-4 in single and 1e-2 in half precision, and the determinant must be
-        positive.
-
-    Returns
-    -------
-    (..., 4) ndarray
-        Unit quaternions in the order w, x, y, z, with w >= 0; where w is 0, the first component that is not
-        zero is positive. float32 for float32, float64 for all else.
-
-    Raises
-    ------
-    TypeError
-        If `R` is not an array of real numbers.
-    ValueError
-        If the shape is another one, a value is not finite or a matrix not a rotation; the first index is
-        named.
-
-    See Also
-    --------
-    continuous : the same quaternions without jumps of sign between frames, to be scored.
+    {contract}
 
     Examples
     --------
@@ -82,32 +44,11 @@ def matrix_to_quaternion(R: npt.ArrayLike) -> Array:
     return convert("R", R, MATRIX, QUATERNION)
 
 
+@conversion(_contract.MATRIX, _contract.EULER)
 def matrix_to_euler(R: npt.ArrayLike, *, seq: str = H36M) -> Array:
     """Convert rotation matrices to Euler angles, by default those in which Human3.6M is scored.
 
-    Parameters
-    ----------
-    R : (..., 3, 3) array_like
-        Rotation matrices. No entry of ``R @ R.T`` may be off the identity by more than 1e-6 in double
-        precision (integers included), 1e-4 in single and 1e-2 in half precision, and the determinant must be
-        positive.
-    seq : str
-        As in `expmap_to_euler`: ``"h36m"``, or three letters, upper case intrinsic, lower case extrinsic.
-
-    Returns
-    -------
-    (..., 3) ndarray
-        Angles in radians in the order of the letters; the outer ones in [-pi, pi], the middle one in [-pi/2,
-        pi/2], or in [0, pi] where the first letter is also the last. At gimbal lock the third is zero.
-        float32 for float32, float64 for all else.
-
-    Raises
-    ------
-    TypeError
-        If `R` is not an array of real numbers, or `seq` not a string.
-    ValueError
-        If the shape is another one, a value is not finite or a matrix not a rotation (the first index is
-        named); if `seq` is no sequence.
+    {contract}
 
     Examples
     --------

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy.typing as npt
 
+from npss.rotations import _contract
+from npss.rotations._contract import conversion
 from npss.rotations._euler import H36M, euler_form
 from npss.rotations._expmap import EXPMAP
 from npss.rotations._forms import convert
@@ -12,26 +14,11 @@ from npss.rotations._quaternion import QUATERNION
 from npss.validation import Array
 
 
+@conversion(_contract.QUATERNION, _contract.EXPMAP)
 def quaternion_to_expmap(q: npt.ArrayLike) -> Array:
     """Convert quaternions to exponential maps.
 
-    Parameters
-    ----------
-    q : (..., 4) array_like
-        Quaternions in the order w, x, y, z, of any length but zero; q and -q are the same rotation.
-
-    Returns
-    -------
-    (..., 3) ndarray
-        Rotation vectors in radians of length in [0, pi]; at pi, where v and -v are one rotation, the first
-        component that is not zero is positive. float32 for float32, float64 for all else.
-
-    Raises
-    ------
-    TypeError
-        If `q` is not an array of real numbers.
-    ValueError
-        If the shape is another one, a value is not finite or a quaternion is zero; the first index is named.
+    {contract}
 
     Examples
     --------
@@ -42,25 +29,11 @@ def quaternion_to_expmap(q: npt.ArrayLike) -> Array:
     return convert("q", q, QUATERNION, EXPMAP)
 
 
+@conversion(_contract.QUATERNION, _contract.MATRIX)
 def quaternion_to_matrix(q: npt.ArrayLike) -> Array:
     """Convert quaternions to rotation matrices.
 
-    Parameters
-    ----------
-    q : (..., 4) array_like
-        Quaternions in the order w, x, y, z, of any length but zero; q and -q are the same rotation.
-
-    Returns
-    -------
-    (..., 3, 3) ndarray
-        Matrices R that rotate column vectors, ``R @ x``. float32 for float32, float64 for all else.
-
-    Raises
-    ------
-    TypeError
-        If `q` is not an array of real numbers.
-    ValueError
-        If the shape is another one, a value is not finite or a quaternion is zero; the first index is named.
+    {contract}
 
     Examples
     --------
@@ -73,30 +46,11 @@ def quaternion_to_matrix(q: npt.ArrayLike) -> Array:
     return convert("q", q, QUATERNION, MATRIX)
 
 
+@conversion(_contract.QUATERNION, _contract.EULER)
 def quaternion_to_euler(q: npt.ArrayLike, *, seq: str = H36M) -> Array:
     """Convert quaternions to Euler angles, by default those in which Human3.6M is scored.
 
-    Parameters
-    ----------
-    q : (..., 4) array_like
-        Quaternions in the order w, x, y, z, of any length but zero; q and -q are the same rotation.
-    seq : str
-        As in `expmap_to_euler`: ``"h36m"``, or three letters, upper case intrinsic, lower case extrinsic.
-
-    Returns
-    -------
-    (..., 3) ndarray
-        Angles in radians in the order of the letters; the outer ones in [-pi, pi], the middle one in [-pi/2,
-        pi/2], or in [0, pi] where the first letter is also the last. At gimbal lock the third is zero.
-        float32 for float32, float64 for all else.
-
-    Raises
-    ------
-    TypeError
-        If `q` is not an array of real numbers, or `seq` not a string.
-    ValueError
-        If the shape is another one, a value is not finite or a quaternion is zero (the first index is named);
-        if `seq` is no sequence.
+    {contract}
 
     Examples
     --------

@@ -208,3 +208,22 @@ def test_every_interval_has_its_ends_by_name():
     intervals += [study.wilson_interval(3, 9), tested.interval_a, tested.interval_b, tested.interval_difference]
     assert {type(one) for one in intervals} == {npss.Interval}
     assert all(one.low <= one.high for one in intervals)
+
+
+def test_every_argument_of_a_public_function_is_documented():
+    missing = [
+        f"{function.__name__}({argument})"
+        for space in (npss, npss.rotations, npss.protocol, npss.skeleton, npss.plot, study, predictors)
+        for function in (getattr(space, name) for name in space.__all__)
+        if inspect.isfunction(function)
+        for argument in inspect.signature(function).parameters
+        if not re.search(rf"^(?:[*\w]+, )*\**{argument}\b.*$", section(function, "Parameters"), re.M)
+    ]
+    assert missing == []
+    for name in npss.rotations.__all__:
+        assert "{" not in section(getattr(npss.rotations, name), "Raises")
+
+
+def section(documented, title):
+    """Return a section of a docstring."""
+    return re.split(r"\n(?=\w[\w ]*\n---)", inspect.getdoc(documented).partition(f"\n{title}\n")[2])[0]

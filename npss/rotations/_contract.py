@@ -1,0 +1,105 @@
+"""What the docstrings of the conversions share: how each form is given, what is refused, and how it is returned."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class Described:
+    """A form in words."""
+
+    argument: str
+    given: str
+    refused: str
+    returned: str
+
+
+EXPMAP = Described(
+    argument="v",
+    given="""\
+v : (..., 3) array_like
+    Rotation vectors: the axis, as long as the angle in radians. Any angle below 2**52.""",
+    refused="an angle is too large",
+    returned="""\
+(..., 3) ndarray
+    Rotation vectors in radians of length in [0, pi]; at pi, where v and -v are one rotation, the first component that
+    is not zero is positive.""",
+)
+MATRIX = Described(
+    argument="R",
+    given="""\
+R : (..., 3, 3) array_like
+    Rotation matrices. No entry of ``R @ R.T`` may be off the identity by more than 1e-6 in double precision (integers
+    included), 1e-4 in single and 1e-2 in half precision, and the determinant must be positive.""",
+    refused="a matrix is not a rotation",
+    returned="""\
+(..., 3, 3) ndarray
+    Matrices R that rotate column vectors, ``R @ x``.""",
+)
+QUATERNION = Described(
+    argument="q",
+    given="""\
+q : (..., 4) array_like
+    Quaternions in the order w, x, y, z, of any length but zero; q and -q are the same rotation.""",
+    refused="a quaternion is zero",
+    returned="""\
+(..., 4) ndarray
+    Unit quaternions in the order w, x, y, z, with w >= 0; where w is 0, the first component that is not zero is
+    positive.""",
+)
+EULER = Described(
+    argument="angles",
+    given="""\
+angles : (..., 3) array_like
+    Angles in radians, in the order of the letters; any finite value.""",
+    refused="",
+    returned="""\
+(..., 3) ndarray
+    Angles in radians in the order of the letters; the outer ones in [-pi, pi], the middle one in [-pi/2, pi/2], or in
+    [0, pi] where the first letter is also the last. At gimbal lock the third is zero.""",
+)
+_SEQ = """
+seq : str
+    As in `expmap_to_euler`: ``"h36m"``, or three letters, upper case intrinsic, lower case extrinsic."""
+_CONTINUOUS = """
+
+See Also
+--------
+continuous : the same quaternions without jumps of sign between frames, to be scored."""
+
+
+def conversion(source: Described, target: Described) -> Callable[[Function], Function]:
+    """Write parameters, results and errors of a conversion where its docstring says ``{contract}``."""
+    has_seq = EULER in (source, target)
+    no_sequence = ",\n    or `seq` is no sequence" if has_seq else ""
+    see_also = _CONTINUOUS if target is QUATERNION else ""
+    also = f", or {source.refused}" if source.refused else ""
+    contract = f"""\
+Parameters
+----------
+{source.given}{_SEQ if has_seq else ""}
+
+Returns
+-------
+{target.returned}
+    float32 for float32, float64 for all else.
+
+Raises
+------
+TypeError
+    If `{source.argument}` is not an array of real numbers{", or `seq` is not a string" if has_seq else ""}.
+ValueError
+    If the shape is another one, a value is not finite{also} (the first index is named){no_sequence}.{see_also}"""
+
+    def write(function: Function) -> Function:
+        if function.__doc__ is not None:  # which `python -OO` leaves out
+            function.__doc__ = inspect.cleandoc(function.__doc__).replace("{contract}", contract)
+        return function
+
+    return write
