@@ -237,25 +237,6 @@ def random_windows(lengths: Sequence[int], *, n_seed: int = 10, n_target: int = 
     return _windows(lengths, 256, n_seed, n_target)
 
 
-def _windows(lengths: Sequence[int], count: int, n_seed: int, n_target: int) -> tuple[Window, ...]:
-    """Draw windows of clip 0 and clip 1 in turn; the boundary of each depends on the draw alone."""
-    for name, value, most in (("n_seed", n_seed, _SEED_ROOM), ("n_target", n_target, _TARGET_ROOM)):
-        if positive_integer(name, value) > most:
-            raise ValueError(f"{name}: {value} frames, but these windows have at most {most}")
-    clips = [positive_integer("lengths", length) for length in each("lengths", lengths)]
-    if len(clips) != 2:
-        raise ValueError(f"lengths: an action has two clips, got {len(clips)} lengths")
-    room = _SEED_ROOM + _TARGET_ROOM
-    for clip, length in enumerate(clips):
-        if length <= _FIRST + room:
-            raise ValueError(
-                f"lengths: clip {clip} has {length} frames; windows of {room} frames need at least {_FIRST + room + 1}"
-            )
-    generator = np.random.RandomState(_SEED)  # the legacy generator: its stream is fixed for ever
-    draws = [(i % 2, int(generator.randint(_FIRST, clips[i % 2] - room))) for i in range(count)]
-    return tuple(Window(clip, draw + _SEED_ROOM - n_seed, n_seed, n_target) for clip, draw in draws)
-
-
 def chain_blocks(windows: Iterable[Window]) -> tuple[str, ...]:
     """Return the block of each window, where a block is a chain of windows of one clip whose targets overlap.
 
@@ -387,18 +368,6 @@ def window_blocks(protocol: Blocked, lengths: Sequence[int], *, n_target: int = 
     if protocol == "random-256":
         return stretch_blocks(random_windows(lengths, n_target=n_target), lengths)
     return chain_blocks(srnn_windows(lengths, n_target=n_target, late=protocol == "srnn-8-late"))
-
-
-def _places(windows: Iterable[Window]) -> list[Window]:
-    places = each("windows", windows, "windows")
-    for i, window in enumerate(places):
-        if not isinstance(window, Window):
-            raise TypeError(f"windows: expected a Window, got {window!r} at {i}")
-    return places
-
-
-def _label(clip: int, start: int, stop: int) -> str:
-    return f"clip {clip}, frames {start}-{stop - 1}"
 
 
 def ms_to_frames(at_ms: Iterable[float], *, fps: float = FPS) -> list[int]:
@@ -621,6 +590,37 @@ def normalization(clips: Iterable[npt.ArrayLike]) -> Normalization:
     for array in (mean, std):
         array.setflags(write=False)
     return Normalization(mean, std, columns)
+
+
+def _windows(lengths: Sequence[int], count: int, n_seed: int, n_target: int) -> tuple[Window, ...]:
+    """Draw windows of clip 0 and clip 1 in turn; the boundary of each depends on the draw alone."""
+    for name, value, most in (("n_seed", n_seed, _SEED_ROOM), ("n_target", n_target, _TARGET_ROOM)):
+        if positive_integer(name, value) > most:
+            raise ValueError(f"{name}: {value} frames, but these windows have at most {most}")
+    clips = [positive_integer("lengths", length) for length in each("lengths", lengths)]
+    if len(clips) != 2:
+        raise ValueError(f"lengths: an action has two clips, got {len(clips)} lengths")
+    room = _SEED_ROOM + _TARGET_ROOM
+    for clip, length in enumerate(clips):
+        if length <= _FIRST + room:
+            raise ValueError(
+                f"lengths: clip {clip} has {length} frames; windows of {room} frames need at least {_FIRST + room + 1}"
+            )
+    generator = np.random.RandomState(_SEED)  # the legacy generator: its stream is fixed for ever
+    draws = [(i % 2, int(generator.randint(_FIRST, clips[i % 2] - room))) for i in range(count)]
+    return tuple(Window(clip, draw + _SEED_ROOM - n_seed, n_seed, n_target) for clip, draw in draws)
+
+
+def _places(windows: Iterable[Window]) -> list[Window]:
+    places = each("windows", windows, "windows")
+    for i, window in enumerate(places):
+        if not isinstance(window, Window):
+            raise TypeError(f"windows: expected a Window, got {window!r} at {i}")
+    return places
+
+
+def _label(clip: int, start: int, stop: int) -> str:
+    return f"clip {clip}, frames {start}-{stop - 1}"
 
 
 def _rows(name: str, values: npt.ArrayLike, width: int) -> Array:

@@ -65,19 +65,19 @@ def unwrap(angles: npt.ArrayLike, *, seed_frames: npt.ArrayLike | None = None) -
     return _unwrap(np.concatenate([before, frames], axis=-2))[..., before.shape[-2] :, :]
 
 
-def _angles(name: str, values: npt.ArrayLike) -> Float64:
-    angles = motion_array(name, values).astype(np.float64)
-    check_finite(name, angles)
-    require_turns(name, angles)
-    return angles
-
-
 def require_turns(name: str, angles: Array) -> None:
     """Raise a ValueError that names the first angle of which the turns cannot be told apart."""
     large = np.abs(angles) > _LARGEST
     if large.any():
         index = tuple(int(i) for i in np.unravel_index(int(np.argmax(large)), large.shape))
         raise ValueError(f"{name}: {angles[index]} at index {index} is too large an angle to tell turns apart")
+
+
+def _angles(name: str, values: npt.ArrayLike) -> Float64:
+    angles = motion_array(name, values).astype(np.float64)
+    check_finite(name, angles)
+    require_turns(name, angles)
+    return angles
 
 
 def _unwrap(frames: Float64) -> Float64:
