@@ -69,7 +69,7 @@ def test_it_is_a_column_with_its_signature(capsys, manifold):
 
 
 def test_it_is_explained_where_it_is_registered(manifold):
-    register(metric_of(runs.load(manifold).projector), replace=True)
+    register(metric_of(folder.load(manifold).projector), replace=True)
     assert npss.explain("g|version:1").startswith("G: the squared distance of the extremes over time")
 
 
