@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from npss.commands._metrics import add_metrics
+from npss.files._formats import listed
 from npss.files._json import read_json
 from npss.files._samples import add_max_size
 
@@ -18,9 +19,10 @@ FORMATS = ("text", "markdown", "latex", "html", "csv")
 _DESCRIPTION = """\
 Rank models, with intervals, and mark differences that are more than chance.
 
-  npss leaderboard DIR            a folder with a file of samples for each model: MODEL.h5 or .npz, or MODEL/samples.h5;
-                                  models of the same name are told apart by what differs in their paths
-  npss leaderboard FILE ...       such files, and records (.json) as npss-baselines evaluate prints them
+  npss leaderboard DIR            a folder with a file of samples ({samples}) for each model: MODEL.npz, or
+                                  MODEL/samples.npz; models of the same name are told apart by what differs in their
+                                  paths
+  npss leaderboard FILE ...       such files, and records ({records}) as npss-baselines evaluate prints them
 
 Needs pandas (extra pandas).
 """
@@ -31,12 +33,10 @@ def add_parser(commands: Any) -> None:
     parser: argparse.ArgumentParser = commands.add_parser(
         "leaderboard",
         help="rank models by their prediction files",
-        description=_DESCRIPTION,
+        description=_DESCRIPTION.format(samples=listed("samples"), records=listed("records")),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        "paths", nargs="+", type=Path, metavar="PATH", help="a folder, .h5 or .npz samples, .json records"
-    )
+    parser.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="a folder, samples or records")
     add_protocol(parser)
     add_groups(parser)
     add_metrics(parser)

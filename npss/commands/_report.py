@@ -25,6 +25,7 @@ from npss.commands._leaderboard import (
 )
 from npss.commands._metrics import add_metrics
 from npss.console._progress import Progress
+from npss.files._formats import listed
 from npss.files._samples import Pair
 from npss.files._write import check_output, write_text_atomically
 from npss.protocol import FPS
@@ -50,7 +51,7 @@ def add_parser(commands: Any) -> None:
         "Needs pandas and matplotlib (extras pandas and plot).",
     )
     parser.add_argument(
-        "paths", nargs="+", type=Path, metavar="PATH", help="a folder of .h5 or .npz samples, or such files"
+        "paths", nargs="+", type=Path, metavar="PATH", help=f"a folder of {listed('samples')} samples, or such files"
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="write the page to this file")
     add_protocol(parser)

@@ -19,6 +19,7 @@ from npss._metric.signature import parse_signature
 from npss.commands._metrics import add_metrics
 from npss.console._tables import markdown_code, markdown_text, table
 from npss.files._arrays import naming_file
+from npss.files._formats import listed
 from npss.files._samples import Pair, add_max_size, converted, read_pair, read_poses
 from npss.protocol import FPS, SLICES_MS
 from npss.records import Record, measure, signature_of
@@ -27,9 +28,9 @@ from npss.rotations._unwrap import unwrap
 _DESCRIPTION = """\
 Score a prediction against its ground truth.
 
-  npss score GT PRED      two .npy files, (N, T, D) or (T, D); or two .npz files, whose arrays pair by name
+  npss score GT PRED      two {array} files, (N, T, D) or (T, D); or two {arrays} files, whose arrays pair by name
                           (--key chooses one; single values, texts and Python objects beside them are not read)
-  npss score SAMPLES      one .h5 or .npz file of expmap/gt/ACTION_i and expmap/preds/ACTION_i, each (T, 99):
+  npss score SAMPLES      one {samples} file of expmap/gt/ACTION_i and expmap/preds/ACTION_i, each (T, 99):
                           Human3.6M exponential maps at 25 frames per second; the Euler error is printed, too
 
 The files come first, then the options.
@@ -42,7 +43,7 @@ def add_parser(commands: Any) -> None:
     parser: argparse.ArgumentParser = commands.add_parser(
         "score",
         help="score files of motion",
-        description=_DESCRIPTION,
+        description=_DESCRIPTION.format(array=listed("array"), arrays=listed("arrays"), samples=listed("samples")),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="GT and PRED, or SAMPLES alone")
@@ -53,7 +54,7 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="convert GT and PRED, Human3.6M exponential maps (99 columns), to Euler angles first",
     )
-    parser.add_argument("--key", metavar="NAME", help="score this array of .npz files alone (default: all of them)")
+    parser.add_argument("--key", metavar="NAME", help="score the arrays of this name alone (default: all of them)")
     parser.add_argument("--representation", help="state in the signature what the arrays hold")
     parser.add_argument("--protocol", help="state in the signature which test windows these are")
     parser.add_argument("--fps", type=float, help="give the frames per second, which the signature states")

@@ -11,6 +11,7 @@ from npss import published
 from npss._metric.convention import CONVENTIONS
 from npss.commands import _votes
 from npss.console import Parser
+from npss.files._formats import listed
 from npss.files._samples import add_max_size
 from npss.files._write import check_output, write_text_atomically
 from npss.ranking._submissions import read_records, sample_files
@@ -24,7 +25,7 @@ Plan a user study, make its page, and say what its votes tell.
 
   npss study plan P_A P_B         how many questions it takes to tell a metric that agrees with people on the share P_A
                                   of questions from one that agrees with them on P_B
-  npss study page DIR -o FILE     a survey as one page of HTML, of the samples in DIR: MODEL.h5 or MODEL.npz
+  npss study page DIR -o FILE     a survey as one page of HTML, of the samples in DIR, a file for each model
   npss study VOTES [VOTES ...]    what the votes tell: short for npss study evaluate VOTES
 """
 _EVALUATE = """\
@@ -82,7 +83,7 @@ def _add_plan(forms: Any) -> None:
 
 def _add_page(forms: Any) -> None:
     parser: argparse.ArgumentParser = forms.add_parser("page", help="make the page of a survey")
-    parser.add_argument("directory", type=Path, metavar="DIR", help="samples of each model: MODEL.h5 or MODEL.npz")
+    parser.add_argument("directory", type=Path, metavar="DIR", help=f"samples of each model, {listed('samples')}")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="write the page to this file")
     parser.add_argument(
         "--questions", type=int, default=20, metavar="N", help="ask this many questions (default: 20, as in the paper)"

@@ -1,7 +1,8 @@
 """Files: what is read, and what is refused; what is written, whole or not at all."""
 
-from npss.files._arrays import MAX_SIZE
+from npss.files._arrays import MAX_SIZE, Arrays, Header, in_memory
 from npss.files._doing import doing
+from npss.files._formats import FORMATS, Format, listed, register_format, suffixes, write_samples
 from npss.files._json import parse_json, read_json
 from npss.files._samples import Pair
 from npss.files._text import read_text
@@ -15,16 +16,25 @@ from npss.files._write import (
 )
 
 __all__ = [
+    "FORMATS",
     "MAX_SIZE",
+    "Arrays",
+    "Format",
+    "Header",
     "Pair",
     "check_output",
     "doing",
+    "in_memory",
+    "listed",
     "parse_json",
     "read_json",
     "read_text",
+    "register_format",
+    "suffixes",
     "write_atomically",
     "write_bytes_atomically",
     "write_figure_atomically",
+    "write_samples",
     "write_stream_atomically",
     "write_text_atomically",
 ]

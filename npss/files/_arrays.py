@@ -1,4 +1,4 @@
-"""Arrays by name, in ``.npz`` and ``.h5`` files: what they declare is looked at first, and only what is needed is read.
+"""Arrays by name, as files hold them: what they declare is looked at first, and only what is needed is read.
 
 Files come from anywhere. None can run code (no pickles), make another file be read, or take more memory than is
 allowed, whatever it expands to.
@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import math
 import stat
-import zipfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.lib import format as npy
+import numpy.typing as npt
 
 from npss.validation import Array
 
@@ -24,7 +22,6 @@ from npss.validation import Array
 MAX_SIZE = 2.0
 
 _GIB = 2**30
-_HEAD = 2**14  # bytes, more than numpy trusts of a header; it would read all that one claims to have before it says so
 _NUMBER = 8  # bytes: all is computed in float64
 
 
@@ -55,17 +52,31 @@ class Arrays(Protocol):
 
 
 @contextmanager
-def open_arrays(path: Path) -> Iterator[Arrays]:
-    """Open a ``.npz`` or ``.h5`` file; `naming_file` lets errors name it."""
-    check_regular(path)
-    if path.suffix == ".npz":
-        with zipfile.ZipFile(path) as archive:
-            yield _Npz(archive)
-        return
-    from npss.files._h5 import open_h5  # here, since few need h5py
+def in_memory(arrays: Mapping[str, npt.ArrayLike]) -> Iterator[Arrays]:
+    """Open arrays that have been read already: for formats of which a file takes as much memory as on the disk.
 
-    with open_h5(path) as arrays:
-        yield arrays
+    Parameters
+    ----------
+    arrays : mapping of str to array_like
+        By name.
+
+    Returns
+    -------
+    context manager
+        Yields `Arrays`.
+
+    Raises
+    ------
+    ValueError
+        If one is no regular array.
+
+    Examples
+    --------
+    >>> with in_memory({"motion": [[1.0, 2.0]]}) as arrays:
+    ...     arrays.header("motion").shape
+    (1, 2)
+    """
+    yield _InMemory({name: np.asanyarray(array) for name, array in arrays.items()})
 
 
 def read_arrays(arrays: Arrays, names: Iterable[str], max_size: float) -> dict[str, Array]:
@@ -78,15 +89,6 @@ def read_arrays(arrays: Arrays, names: Iterable[str], max_size: float) -> dict[s
             f"its arrays may take {size / _GIB:.3g} GiB of memory, more than {max_size:g}; --max-size allows more"
         )
     return {name: arrays.read(name) for name in names}
-
-
-def read_npy(path: Path) -> Array:
-    """Map the array of a ``.npy`` file into memory; it may be larger than that."""
-    check_regular(path)
-    try:
-        return npy.open_memmap(path, mode="r")
-    except ValueError as error:
-        raise ValueError(f"not a readable .npy file ({error})") from error
 
 
 def check_regular(path: Path) -> None:
@@ -110,44 +112,23 @@ def naming_file(path: Path) -> Iterator[None]:
         raise ValueError(f"{path}: not a readable {path.suffix} file ({error})") from error
 
 
-class _Npz:
-    """The arrays of a ``.npz``."""
+class _InMemory:
+    """Arrays that have been read."""
 
-    def __init__(self, archive: zipfile.ZipFile) -> None:
-        self._archive = archive
-        self._members: dict[str, zipfile.ZipInfo] = {}
-        for member in archive.infolist():
-            if member.filename in self._members:
-                raise ValueError(f"{member.filename} is there twice")
-            self._members[member.filename] = member
+    def __init__(self, arrays: Mapping[str, Array]) -> None:
+        self._arrays = arrays
 
     def names(self, prefix: str) -> list[str]:
-        names = [file.removesuffix(".npy") for file in self._members if file.endswith(".npy")]
-        return [name for name in names if name.startswith(prefix)]
+        return [name for name in self._arrays if name.startswith(prefix)]
 
     def __contains__(self, name: str) -> bool:
-        return f"{name}.npy" in self._members
+        return name in self._arrays
 
     def header(self, name: str) -> Header:
-        member = self._members[f"{name}.npy"]
-        if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            raise ValueError(f"{name}: compressed in a way that numpy does not write")
-        with self._archive.open(member) as stream:
-            head = BytesIO(stream.read(_HEAD))
-        try:
-            read = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
-            shape, _, dtype = read[npy.read_magic(head)](head)
-        except (KeyError, ValueError) as error:
-            raise ValueError(f"{name}: not a .npy array ({error})") from error
-        # numpy would make room for the whole array before it sees that the file is shorter.
-        if not dtype.hasobject and (size := math.prod(shape) * dtype.itemsize) > member.file_size:
-            raise ValueError(f"{name}: its shape {shape} is of {size} bytes, and there are {member.file_size}")
-        return Header(shape, dtype)
+        return Header(self._arrays[name].shape, self._arrays[name].dtype)
 
     def overhead(self, name: str) -> int:
-        return 0  # it is read in small pieces
+        return 0
 
     def read(self, name: str) -> Array:
-        with self._archive.open(f"{name}.npy") as stream:
-            array: Array = npy.read_array(stream, allow_pickle=False)
-        return array
+        return self._arrays[name]

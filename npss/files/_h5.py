@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
-from npss.extras import install_hint
+import h5py
+
 from npss.files._arrays import Arrays, Header
 from npss.validation import Array
-
-try:
-    import h5py
-except ImportError:
-    raise ValueError(f"reading .h5 needs h5py; {install_hint('h5')}") from None
 
 _LINKS = 100  # that are followed at most, lest they lead in a circle
 _DEFLATE = 1032  # no compressor of HDF5's makes anything shorter by more than this factor
@@ -27,6 +23,13 @@ def open_h5(path: Path) -> Iterator[Arrays]:
     """Open a file; what is in it is read from it alone."""
     with h5py.File(path, "r") as file:
         yield _H5(file)
+
+
+def write_h5(stream: BinaryIO, arrays: Mapping[str, Array]) -> None:
+    """Write arrays by name."""
+    with h5py.File(stream, "w") as file:
+        for name, array in arrays.items():
+            file[name] = array
 
 
 class _H5:

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from npss.files._arrays import MAX_SIZE, Arrays, Header, naming_file, open_arrays, read_arrays, read_npy
+from npss.files._arrays import MAX_SIZE, Arrays, Header, naming_file, read_arrays
+from npss.files._formats import listed, open_arrays, read_array, suffixes
 from npss.rotations._poses import POSE, poses_to_euler
 from npss.validation import Array, Float64, check_finite, check_real, is_real_dtype, positive_number, real_array
 
@@ -38,19 +39,19 @@ class Pair(NamedTuple):
 
 
 def read_pair(gt: Path, pred: Path, *, key: str | None = None, max_size: float = MAX_SIZE) -> list[Pair]:
-    """Read ground truth and prediction from two ``.npy`` or ``.npz`` files; arrays of a ``.npz`` pair by name.
+    """Read ground truth and prediction from two files of one array each, or of arrays that pair by name.
 
     Parameters
     ----------
     gt, pred : Path
         The files.
     key : str, optional
-        The one array of a ``.npz`` to read. By default all are, without single values, texts and Python objects.
+        The one array to read by its name. By default all are, without single values, texts and Python objects.
     max_size : float, optional
-        As of `read_poses`; a ``.npy`` may be larger.
+        As of `read_poses`; an array without a name, which is mapped into memory, may be larger.
     """
-    if key is not None and ".npz" not in (gt.suffix, pred.suffix):
-        raise ValueError(f"--key: it chooses an array of a .npz file, and neither {gt} nor {pred} is one")
+    if key is not None and not {gt.suffix, pred.suffix} & set(suffixes("arrays")):
+        raise ValueError(f"--key: it chooses an array of a {listed('arrays')} file, and neither {gt} nor {pred} is one")
     truths, predictions = (_read_motions(path, key, max_size) for path in (gt, pred))
     if len(truths) == len(predictions) == 1:
         (name, truth), (other, prediction) = *truths.items(), *predictions.items()
@@ -97,7 +98,7 @@ def euler_of(pair: Pair) -> tuple[Float64, Float64]:
 def read_poses(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
     """Read a file of samples: ground truth and predictions, one pair an action, as Human3.6M exponential maps.
 
-    The layout, of ``.h5`` as of ``.npz``: ``expmap/gt/ACTION_i`` and ``expmap/preds/ACTION_i``, each (T, 99),
+    The layout, of every format: ``expmap/gt/ACTION_i`` and ``expmap/preds/ACTION_i``, each (T, 99),
     exponential maps at 25 frames per second; optionally ``mean_ACTION_error`` (T,). What else is there is not read.
 
     Parameters
@@ -108,9 +109,9 @@ def read_poses(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
         How much memory its arrays may take, in GiB, 8 bytes a number.
     """
     with naming_file(path):
-        if path.suffix not in (".h5", ".hdf5", ".npz"):
-            raise ValueError("one file alone is expected to be .h5 or .npz samples; else give GT and PRED")
-        with open_arrays(path) as arrays:
+        if path.suffix not in suffixes("samples"):
+            raise ValueError(f"one file alone is expected to be {listed('samples')} samples; else give GT and PRED")
+        with open_arrays(path, "samples") as arrays:
             actions = _actions(arrays)
             curves = {action: name for action in actions if (name := f"mean_{action}_error") in arrays}
             for action, name in curves.items():
@@ -129,13 +130,13 @@ def read_poses(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
 
 
 def add_max_size(parser: argparse._ActionsContainer) -> None:
-    """Add the option of a command that reads samples or ``.npz`` files."""
+    """Add the option of a command that reads files of arrays by name."""
     parser.add_argument(
         "--max-size",
         type=_gibibytes,
         default=MAX_SIZE,
         metavar="GIB",
-        help=f"allow the arrays of one .h5 or .npz file this much memory, in GiB (default: {MAX_SIZE:g})",
+        help=f"allow the arrays of one file this much memory, in GiB (default: {MAX_SIZE:g})",
     )
 
 
@@ -186,13 +187,13 @@ def _float64(name: str, values: Array) -> Float64:
 
 
 def _read_motions(path: Path, key: str | None, max_size: float) -> dict[str, Array]:
-    """Read a ``.npy``, which has no name, or the arrays of a ``.npz`` that may be motion."""
+    """Read the one array of a file, which has no name, or those of its arrays that may be motion."""
     with naming_file(path):
-        if path.suffix == ".npy":
-            return {"": read_npy(path)}
-        if path.suffix != ".npz":
-            raise ValueError("expected a .npy or .npz file")
-        with open_arrays(path) as arrays:
+        if path.suffix in suffixes("array"):
+            return {"": read_array(path)}
+        if path.suffix not in suffixes("arrays"):
+            raise ValueError(f"expected a {listed('array', 'arrays')} file")
+        with open_arrays(path, "arrays") as arrays:
             headers = {name: arrays.header(name) for name in arrays.names("")}
             return read_arrays(arrays, _motions(headers, key), max_size)
 

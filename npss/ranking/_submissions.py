@@ -12,13 +12,13 @@ import numpy as np
 from npss._analysis.blocks import Groups
 from npss.console._progress import Progress
 from npss.files._arrays import MAX_SIZE
+from npss.files._formats import FORMATS, listed, suffixes
 from npss.files._json import read_json
 from npss.files._samples import Pair, euler_of, read_poses
 from npss.protocol import BLOCKED, FPS, SLICES_MS, TEST_LENGTHS, window_blocks
 from npss.ranking._names import names_of_paths
 from npss.records import Record, measure
 
-_SUFFIXES = (".h5", ".hdf5", ".npz")
 _SAME_POSE = 1e-3  # radians, or millimetres: files hold ground truth in various precision
 
 #: What pages and pictures call the ground truth, beside the names of models.
@@ -53,18 +53,18 @@ def read_submissions(paths: Iterable[Path], *, max_size: float = MAX_SIZE) -> di
 
 def sample_files(paths: Iterable[Path]) -> list[Path]:
     """Return the files of samples that are meant: of a folder all that are in it, but hidden ones."""
-    files = []
+    files, known = [], suffixes("samples")
     for path in paths:
         if not path.exists():
             raise ValueError(f"{path}: no such file or folder")
-        if not path.is_dir() and path.suffix not in _SUFFIXES:
-            raise ValueError(f"{path}: expected samples ({', '.join(_SUFFIXES)})")
+        if not path.is_dir() and path.suffix not in known:
+            raise ValueError(f"{path}: expected {listed('samples')} samples")
         inside = [path]
         if path.is_dir():
             several = [file for file in (*path.iterdir(), *path.glob("*/samples.*")) if not _hidden(file, path)]
-            inside = sorted(file for file in several if file.suffix in _SUFFIXES and file.is_file())
+            inside = sorted(file for file in several if file.suffix in known and file.is_file())
         if not inside:
-            raise ValueError(f"{path}: no samples in it ({', '.join(_SUFFIXES)})")
+            raise ValueError(f"{path}: no samples in it ({listed('samples')})")
         files += inside
     return files
 
@@ -172,8 +172,9 @@ def known_blocks(protocol: object, action: str, shape: tuple[int, ...]) -> Group
 
 
 def read_records(path: Path) -> list[Record]:
-    """Read records from JSON, as ``npss-baselines evaluate --format json`` prints them."""
-    records = read_json(path)
+    """Read records, as ``npss-baselines evaluate --format json`` prints them; JSON unless the suffix says."""
+    form = FORMATS.get(path.suffix)
+    records = ((form and form.records) or read_json)(path)
     if not isinstance(records, list) or not all(isinstance(record, dict) for record in records):
         raise ValueError(f"{path}: expected a list of records")
     return records
@@ -182,16 +183,16 @@ def read_records(path: Path) -> list[Record]:
 def read_all(
     paths: Sequence[Path], *, metrics: Sequence[str] = (), max_size: float = MAX_SIZE, **context: Any
 ) -> list[Record]:
-    """Read records from ``.json`` files, and measure the predictions that the others hold."""
-    records = []
+    """Read the records that some files hold, and measure the predictions that the others do."""
+    records, of_records = [], suffixes("records")
     origin: dict[str, Path] = {}
     for path in paths:
-        for record in read_records(path) if path.suffix == ".json" else ():
+        for record in read_records(path) if path.suffix in of_records else ():
             named = f"{record.get('action')!r} of {record.get('model')!r}"
             if origin.setdefault(named, path) != path:
                 raise ValueError(f"{path}: {named} is in {origin[named]}, too")
             records.append(record)
-    samples = [path for path in paths if path.suffix != ".json"]
+    samples = [path for path in paths if path.suffix not in of_records]
     if not samples:
         if given := [*context, *(["metrics"] if metrics else [])]:
             raise ValueError(f"{given[0]}: records state their own; it is for files of samples")

@@ -78,8 +78,8 @@ def test_pages(capsys, tmp_path, folder, command):
 @pytest.mark.parametrize("suffix", [".npz", ".h5"])
 def test_predictions(tmp_path, arrays, suffix):
     pytest.importorskip("h5py")
+    from npss.files import write_samples
     from npss.files._samples import read_poses
-    from npss_baselines.commands.predict import write_samples
 
     path = tmp_path / f"samples{suffix}"
     keeps(path, said_by(lambda path: write_samples(path, arrays)))

@@ -8,7 +8,7 @@ from typing import Any
 
 from npss import metrics
 from npss.commands import add_leaderboard_options, add_metrics, leaderboard_of, show_leaderboard, write_report
-from npss.files import MAX_SIZE, Pair, check_output
+from npss.files import MAX_SIZE, Pair, check_output, listed
 from npss.predictors import PREDICTORS, Predictor
 from npss.ranking import check_truths, read_actions, records_of, sample_files
 from npss_baselines.commands.evaluate import by_name, is_run
@@ -30,8 +30,8 @@ def add_parser(commands: Any) -> None:
         "models",
         nargs="*",
         metavar="MODEL",
-        help=f"of {', '.join(PREDICTORS)} (all of them if none is named), a file of samples (.h5, .npz), or the folder "
-        "of a trained model",
+        help=f"of {', '.join(PREDICTORS)} (all of them if none is named), a file of samples "
+        f"({listed('samples')}), or the folder of a trained model",
     )
     add_task_options(parser)
     add_leaderboard_options(parser)

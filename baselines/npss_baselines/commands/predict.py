@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, BinaryIO
-
-import numpy as np
+from typing import Any
 
 from npss import euler_error_curve, poses_to_euler
-from npss.extras import install_hint
-from npss.files import check_output, write_stream_atomically
+from npss.files import check_output, listed, suffixes, write_samples
 from npss.validation import Array
 from npss_baselines.data.tasks import add_task_options, tasks_of
 
@@ -29,15 +25,15 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("folder", type=Path, metavar="RUN", help="the folder of the run")
     add_task_options(parser)
-    parser.add_argument("--out", type=Path, metavar="FILE", required=True, help=".h5 (needs h5py) or .npz")
+    parser.add_argument("--out", type=Path, metavar="FILE", required=True, help=listed("write"))
     parser.add_argument("--seed", type=int, default=0, help="of the noise of models that have some (default: 0)")
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
     """Predict, and write the file."""
-    if options.out.suffix not in (".h5", ".npz"):
-        raise ValueError(f"--out: expected a .h5 or .npz file, got {options.out}")
+    if options.out.suffix not in suffixes("write"):
+        raise ValueError(f"--out: expected a {listed('write')} file, got {options.out}")
     check_output(options.out)
 
     from npss_baselines.runs import folder  # torch and the like: the other commands need none of it
@@ -55,21 +51,3 @@ def run(options: argparse.Namespace) -> None:
         arrays[f"mean_{task.action}_error"] = errors
     write_samples(options.out, arrays)
     print(options.out)
-
-
-def write_samples(path: Path, arrays: Mapping[str, Array]) -> None:
-    """Write arrays by name: an HDF5 file, or the same names in a ``.npz``."""
-    if path.suffix == ".npz":
-        write_stream_atomically(path, lambda stream: np.savez(stream, **arrays))  # type: ignore[arg-type]  # no option
-        return
-    try:
-        import h5py
-    except ImportError:
-        raise ImportError(f"writing .h5 needs h5py; {install_hint('h5')}") from None
-
-    def write(stream: BinaryIO) -> None:
-        with h5py.File(stream, "w") as file:
-            for name, array in arrays.items():
-                file[name] = array
-
-    write_stream_atomically(path, write)

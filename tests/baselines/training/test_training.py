@@ -704,7 +704,7 @@ def test_what_commands_refuse(run, tmp_path, capsys, monkeypatch):
             ["train", "tiny", "--data", "synthetic", "--device", "cpu", "--tf32", "--out", tmp_path / "new"],
             "--tf32: needs a CUDA device",
         ),
-        (["predict", run, "--out", tmp_path / "x.mat"], f"--out: expected a .h5 or .npz file, got {tmp_path}/x.mat"),
+        (["predict", run, "--out", tmp_path / "x.mat"], "--out: expected a .h5, .hdf5 or .npz file, got"),
         (["predict", run, "--out", tmp_path / "x.h5", "--seed", -1], "seed: expected a whole number from 0 on, got -1"),
         (["predict", run, "--out", tmp_path / "x.h5", "--actions", "eating"], "--h36m DIR names the folder"),
     ):

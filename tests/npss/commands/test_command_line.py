@@ -185,7 +185,7 @@ def broken(tmp_path, poses):
         (tmp_path / f"text{suffix}").write_text("not what its name says\n", encoding="utf-8")
         (tmp_path / f"nothing{suffix}").write_text("", encoding="utf-8")
     (tmp_path / "folder.npy").mkdir()
-    yield ["good.npy"], "one file alone is expected to be .h5 or .npz samples"
+    yield ["good.npy"], "one file alone is expected to be .h5, .hdf5 or .npz samples"
     yield ["good.npy", "good.npy", "good.npy"], "expected GT and PRED, or SAMPLES alone, got 3 files"
     yield ["good.npy", "missing.npy"], "missing.npy: No such file"
     yield ["good.npy", "folder.npy"], "folder.npy: expected a file, got a folder"

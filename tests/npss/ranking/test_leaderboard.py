@@ -178,7 +178,7 @@ class TestSources:
 
     def test_files_of_another_kind(self, tmp_path):
         (tmp_path / "notes.txt").write_text("", encoding="utf-8")
-        with pytest.raises(ValueError, match=r"notes\.txt: expected samples"):
+        with pytest.raises(ValueError, match=r"notes\.txt: expected .* samples"):
             npss.leaderboard(tmp_path / "notes.txt")
 
     def test_no_model_is_the_ground_truth(self, tmp_path, poses):
