@@ -36,7 +36,7 @@ class Registry(Mapping[str, Entry]):
     kind : str
         What the entries are, for messages.
     entries : mapping of str to object, optional
-        What is in it from the beginning.
+        What is in it from the beginning, and stays.
 
     Examples
     --------
@@ -52,6 +52,7 @@ class Registry(Mapping[str, Entry]):
     def __init__(self, kind: str, entries: Mapping[str, Entry] | None = None) -> None:
         self._kind = kind
         self._entries = dict(entries or {})
+        self._built_in = frozenset(self._entries)
         self._plugins: dict[str, str] = {}
 
     def __getitem__(self, name: str) -> Entry:
@@ -63,7 +64,7 @@ class Registry(Mapping[str, Entry]):
     def __len__(self) -> int:
         return len(self._entries)
 
-    def register(self, name: str, entry: Entry) -> None:
+    def register(self, name: str, entry: Entry, *, replace: bool = False) -> None:
         """Add an entry.
 
         Parameters
@@ -72,19 +73,21 @@ class Registry(Mapping[str, Entry]):
             What it is called from now on.
         entry : object
             The entry.
+        replace : bool, optional
+            Take the place of a registered entry, as a notebook does whose cell is run again.
 
         Raises
         ------
         TypeError
             If the name is not a text.
         ValueError
-            If it is blank, or registered already.
+            If it is blank, or registered already and not to be replaced, or built in.
         """
         if not isinstance(name, str):
             raise TypeError(f"the name of a {self._kind}: expected a text, got {name!r}")
         if not name.strip() or not name.isprintable():
             raise ValueError(f"the name of a {self._kind}: expected a text that can be printed, got {name!r}")
-        if name in self._entries:
+        if name in self._built_in or (name in self._entries and not replace):
             plugin = self._plugins.get(name)
             raise ValueError(f"the {self._kind} {name!r} is registered already{f', by {plugin}' if plugin else ''}")
         self._entries[name] = entry

@@ -32,7 +32,7 @@ def survey(
     Parameters
     ----------
     directory : Path
-        Holds one file of samples for each model, ``MODEL.h5`` or ``MODEL.npz``: see `read_poses`. Sequences are
+        Holds one file of samples for each model, such as ``MODEL.npz``: see `read_poses`. Sequences are
         numbered from 0 on in the order of their indices.
     n_questions : int
         How many questions: see `npss.study.design`, which draws them.

@@ -16,7 +16,7 @@ from npss.plugins import load, load_installed
 
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 #: What brings a package: an extra of ``npss-metric``, or the whole of ``npss-baselines``.
-_EXTRAS = {"h5py": "h5", "matplotlib": "plot", "pandas": "pandas", "scipy": "study"}
+_EXTRAS = {"matplotlib": "plot", "pandas": "pandas", "scipy": "study"}
 _OF_BASELINES = ("filelock", "jsonargparse", "lightning", "safetensors", "torch")
 
 

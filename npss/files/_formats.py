@@ -76,24 +76,22 @@ class Format:
             raise ValueError(f"{self.suffixes[0]}: expected one function at least, of {', '.join(given)}")
 
 
-#: By suffix.
-FORMATS = Registry[Format]("suffix")
-
-
-def register_format(form: Format) -> None:
+def register_format(form: Format, *, replace: bool = False) -> None:
     """Let every command and function that reads or writes files know a format.
 
     Parameters
     ----------
     form : Format
         The format.
+    replace : bool, optional
+        Take the place of registered formats of these suffixes, as a notebook does whose cell is run again.
 
     Raises
     ------
     TypeError
         If it is none.
     ValueError
-        If one of its suffixes is registered already.
+        If one of its suffixes is registered already and not to be replaced, or built in.
 
     Examples
     --------
@@ -107,7 +105,7 @@ def register_format(form: Format) -> None:
     if not isinstance(form, Format):
         raise TypeError(f"form: expected a Format, got {form!r}")
     for suffix in form.suffixes:
-        FORMATS.register(suffix, form)
+        FORMATS.register(suffix, form, replace=replace)
 
 
 def suffixes(*contents: Content) -> tuple[str, ...]:
@@ -192,10 +190,17 @@ def _write_h5(stream: BinaryIO, arrays: Mapping[str, Array]) -> None:
     write_h5(stream, arrays)
 
 
-for _form in (
-    Format((".npy",), array=read_npy),
-    Format((".h5", ".hdf5"), samples=_open_h5, write=_write_h5, extra="h5"),
-    Format((".npz",), arrays=open_npz, samples=open_npz, write=write_npz),
-    Format((".json",), records=read_json),
-):
-    register_format(_form)
+#: By suffix.
+FORMATS = Registry(
+    "suffix",
+    {
+        suffix: form
+        for form in (
+            Format((".npy",), array=read_npy),
+            Format((".h5", ".hdf5"), samples=_open_h5, write=_write_h5, extra="h5"),
+            Format((".npz",), arrays=open_npz, samples=open_npz, write=write_npz),
+            Format((".json",), records=read_json),
+        )
+        for suffix in form.suffixes
+    },
+)

@@ -47,7 +47,7 @@ def leaderboard(
     Parameters
     ----------
     source : path, sequence of paths, sequence of dict, or mapping
-        A folder with a file of samples for each model (``MODEL.h5`` or ``.npz``, or ``MODEL/samples.h5``), or such
+        A folder with a file of samples for each model (``MODEL.npz``, or ``MODEL/samples.npz``), or such
         files; records, as ``npss-baselines evaluate --format json`` prints them, or files of them (``.json``);
         or reports: a mapping from models to a `Report`, or to a mapping from actions to a `Report`. Records may hold
         other metrics, too, also of those that are not registered here: ``metrics`` and ``signatures`` by column (the

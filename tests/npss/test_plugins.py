@@ -63,6 +63,14 @@ class TestRegistry:
         with pytest.raises(TypeError, match=r"^the name of a thing: expected a text, got 1"):
             Registry("thing").register(1, 1)
 
+    def test_replaces_what_is_not_built_in(self):
+        registry = Registry("thing", {"a": 1})
+        registry.register("b", 2)
+        registry.register("b", 3, replace=True)
+        assert dict(registry) == {"a": 1, "b": 3}
+        with pytest.raises(ValueError, match=r"^the thing 'a' is registered already$"):
+            registry.register("a", 2, replace=True)
+
     def test_knows_the_plugin_of_an_entry(self, folder, monkeypatch):
         registry = Registry("thing", {"a": 1})
         monkeypatch.setattr(plugins, "THINGS", registry, raising=False)

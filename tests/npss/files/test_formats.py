@@ -138,6 +138,8 @@ class TestRegistration:
         try:
             register_format(form)
             assert FORMATS[".one"] is FORMATS[".two"] is form
+            register_format(Format((".two",), array=np.load), replace=True)
+            assert FORMATS[".two"] is not form
         finally:
             del FORMATS._entries[".one"], FORMATS._entries[".two"]
 
