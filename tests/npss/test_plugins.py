@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from command_line import run
+from entry_points import declare
 from npss import plugins
 from npss.console._parser import split_plugins
 from npss.plugins import Registry
@@ -32,17 +33,6 @@ def folder(tmp_path, monkeypatch):
 def write(folder, **modules):
     for name, text in modules.items():
         (folder / f"{name}.py").write_text(text, encoding="utf-8")
-
-
-def install(folder, monkeypatch, **points):
-    """Declare the entry points of an installed distribution."""
-    there = folder / "installed"
-    (there / "its-1.dist-info").mkdir(parents=True)
-    lines = "".join(f"{name} = {module}\n" for name, module in points.items())
-    (there / "its-1.dist-info/METADATA").write_text("Metadata-Version: 2.1\nName: its\nVersion: 1\n", encoding="utf-8")
-    (there / "its-1.dist-info/entry_points.txt").write_text(f"[npss.plugins]\n{lines}", encoding="utf-8")
-    monkeypatch.syspath_prepend(there)
-    return there
 
 
 class TestRegistry:
@@ -184,7 +174,9 @@ class TestLoad:
 
 class TestInstalled:
     def test_entry_points_are_imported_by_commands_alone(self, capsys, folder, monkeypatch):
-        there = install(folder, monkeypatch, its="plugin_i")
+        there = folder / "installed"
+        declare(there, plugins.GROUP, {"its": "plugin_i"})
+        monkeypatch.syspath_prepend(there)
         write(there, plugin_i="print('installed')")
         assert "plugin_i" not in sys.modules
         assert run(capsys, "explain", SIGNATURE)[1].startswith("installed\n")
@@ -198,7 +190,9 @@ class TestInstalled:
         assert done.stdout == "False\n"
 
     def test_a_broken_one_is_named(self, capsys, folder, monkeypatch):
-        there = install(folder, monkeypatch, its="plugin_i")
+        there = folder / "installed"
+        declare(there, plugins.GROUP, {"its": "plugin_i"})
+        monkeypatch.syspath_prepend(there)
         write(there, plugin_i="1 / 0")
         message = (
             f"the installed plugin its (plugin_i): ZeroDivisionError: division by zero ({there}/plugin_i.py, line 1)"

@@ -1,0 +1,99 @@
+"""The plugins of docs/extending.md, run as they are printed."""
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from command_line import run, samples
+from entry_points import declare
+from npss import files, plugins
+
+PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
+pytestmark = pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
+
+
+def printed(kind, name):
+    """The block that follows a marker."""
+    (block,) = re.findall(
+        rf"^<!-- {kind}: {re.escape(name)} -->\n```\w+\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S
+    )
+    return block
+
+
+def call(folder, line, *path):
+    """Run a line of a shell in a process of its own, and return what it prints."""
+    command, *arguments = line.split()
+    module = {"npss": "npss", "npss-baselines": "npss_baselines"}[command]
+    path = os.pathsep.join([*map(str, path), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", module, *arguments],
+        capture_output=True,
+        encoding="utf-8",
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": path, "PYTHONUTF8": "1"},
+    )
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    return done.stdout
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The plugin, imported from the current folder, and the same predictions in its format as in a ``.npz``."""
+    (tmp_path / "text_format.py").write_text(printed("file", "text_format.py"), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    plugins.load("text_format")
+    rng = np.random.default_rng(0)
+    gt = 0.02 * rng.normal(size=(3, 50, 99)).cumsum(axis=1)
+    for name, noise in (("walking", 0.01), ("other", 0.5)):
+        poses = gt, gt + noise * rng.normal(size=gt.shape)
+        files.write_samples(tmp_path / f"{name}.npz", samples(poses))
+        if name == "walking":
+            files.write_samples(tmp_path / "walking.poses", samples(poses, curve=np.zeros(50)))
+    yield tmp_path
+    del files.FORMATS._entries[".poses"], sys.modules["text_format"]
+
+
+def test_the_examples_are_short():
+    assert len(printed("file", "text_format.py").splitlines()) <= 35
+
+
+def test_a_file_format(folder):
+    pytest.importorskip("pandas")
+    score, leaderboard = (call(folder, line) for line in printed("command", "a file format").splitlines())
+    assert score == call(folder, "npss score walking.npz")
+    assert leaderboard == call(folder, "npss leaderboard walking.npz other.npz")
+
+
+def test_a_broken_file_of_the_format(folder, capsys):
+    path = folder / "walking.poses"
+    path.write_text(path.read_text().replace("gt walking 0 ", "gt walking 0 x", 1), encoding="utf-8")
+    status, out, err = run(capsys, "score", path, "--plugin", "text_format")
+    assert (status, out) == (2, "")
+    assert err.startswith(f"npss: error: {path}: line 1: could not convert string to float: 'x")
+
+
+def test_plugins_wherever_they_are_named(folder):
+    pytest.importorskip("pandas")
+    (folder / "my_package").mkdir()
+    (folder / "my_package/metrics.py").write_text("print('imported')", encoding="utf-8")
+    first, second = (call(folder, line) for line in printed("command", "plugins").splitlines())
+    assert first == second
+    assert first.startswith("imported\n")
+    assert "walking" in first
+
+
+def test_an_installed_plugin(folder):
+    """What an installer makes of the file: metadata beside the module."""
+    declared = tomllib.loads(printed("file", "pyproject.toml"))["project"]
+    there = folder / "installed"
+    ((group, points),) = declared["entry-points"].items()
+    declare(there, group, points)
+    (folder / "text_format.py").rename(there / "text_format.py")
+    assert "NPSS" in call(folder, "npss score walking.poses", there)
