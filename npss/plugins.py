@@ -10,13 +10,13 @@ import importlib
 import re
 import sys
 import traceback
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TypeVar
 
-__all__ = ["GROUP", "Registry", "load", "load_installed", "named", "require"]
+__all__ = ["GROUP", "Registry", "load", "require", "with_plugins"]
 
 #: The group of the entry points that installed plugins declare.
 GROUP = "npss.plugins"
@@ -151,15 +151,20 @@ def load_installed() -> None:
         _import(point.module, f"the installed plugin {point.name} ({point.module})")
 
 
-def named() -> list[str]:
-    """Return the options that name the plugins which `load` has imported.
+def with_plugins(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments of a command with the options that name the plugins which `load` has imported.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        The arguments.
 
     Returns
     -------
     list of str
-        ``["--plugin", "my.module", ...]``
+        ``[*arguments, "--plugin", "my.module", ...]``
     """
-    return [word for name in _named for word in ("--plugin", name)]
+    return [*arguments, *(word for name in _named for word in ("--plugin", name))]
 
 
 def require(plugins: object) -> None:

@@ -96,11 +96,10 @@ def register_format(form: Format, *, replace: bool = False) -> None:
     Examples
     --------
     >>> from npss.files import FORMATS, Format, in_memory, register_format
-    >>> def read(path):
-    ...     return in_memory({"motion": [[float(value) for value in path.read_text().split(",")]]})
-    >>> register_format(Format(suffixes=(".line",), arrays=read))
-    >>> FORMATS[".line"].arrays is read
-    True
+    >>> import numpy as np
+    >>> register_format(Format(suffixes=(".npy",), array=np.load))  # as if it were one of your own
+    Traceback (most recent call last):
+    ValueError: the suffix '.npy' is registered already
     """
     if not isinstance(form, Format):
         raise TypeError(f"form: expected a Format, got {form!r}")

@@ -113,7 +113,7 @@ class TestLoad:
             0,
             "imported\n" + run(capsys, "explain", SIGNATURE)[1],
         )
-        assert plugins.named() == ["--plugin", "plugin_b"]
+        assert plugins.with_plugins(["a"]) == ["a", "--plugin", "plugin_b"]
 
     def test_a_module_of_a_package(self, folder):
         (folder / "its").mkdir()
@@ -180,7 +180,7 @@ class TestInstalled:
         write(there, plugin_i="print('installed')")
         assert "plugin_i" not in sys.modules
         assert run(capsys, "explain", SIGNATURE)[1].startswith("installed\n")
-        assert plugins.named() == []
+        assert plugins.with_plugins(["a"]) == ["a"]
         code = "import npss, npss.plugins, sys; print('plugin_i' in sys.modules)"
         path = os.pathsep.join([str(there), os.environ.get("PYTHONPATH", "")])
         environment = os.environ | {"PYTHONPATH": path}

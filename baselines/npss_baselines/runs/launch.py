@@ -14,7 +14,7 @@ import torch
 from filelock import FileLock, Timeout
 
 from npss.files import doing
-from npss.plugins import named
+from npss.plugins import with_plugins
 from npss_baselines.runs.config import CHECKPOINT, FILE
 from npss_baselines.runs.stopping import Stopped
 
@@ -130,7 +130,7 @@ def going_on(folders: Sequence[Path], arguments: Sequence[str]) -> Iterator[None
     """
 
     def how() -> str:
-        return f"; to go on: {_PROGRAM} {shlex.join([*arguments, *named()])}" if begun(folders) else ""
+        return f"; to go on: {_PROGRAM} {shlex.join(with_plugins(arguments))}" if begun(folders) else ""
 
     try:
         yield
