@@ -10,7 +10,6 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, get_args
 
@@ -18,7 +17,7 @@ from npss.extras import install_hint
 from npss.files._arrays import Arrays, check_regular
 from npss.files._json import read_json
 from npss.files._numpy import open_npz, read_npy, write_npz
-from npss.files._write import write_bytes_atomically
+from npss.files._write import write_stream_atomically
 from npss.plugins import Registry
 from npss.validation import Array, each
 
@@ -160,10 +159,9 @@ def write_samples(path: Path, arrays: Mapping[str, Array]) -> None:
     """
     if path.suffix not in suffixes("write"):
         raise ValueError(f"{path}: expected a {listed('write')} file")
-    content = BytesIO()  # libraries would not say that the disk is full
+    write = FORMATS[path.suffix].write
     with _needing(path, "writing"):
-        FORMATS[path.suffix].write(content, arrays)  # type: ignore[misc]
-    write_bytes_atomically(path, content.getbuffer())
+        write_stream_atomically(path, lambda stream: write(stream, arrays))  # type: ignore[misc]
 
 
 @contextmanager
