@@ -21,7 +21,7 @@ import pytest
 torch = pytest.importorskip("torch", reason="needs torch")
 pytest.importorskip("lightning", reason="needs lightning")
 
-from npss_baselines.data.motion_synthetic import synthetic_clips  # noqa: E402
+from npss_baselines.data.synthetic import synthetic_clips  # noqa: E402
 from npss_baselines.manifold.model.autoencoder import Autoencoder  # noqa: E402
 from npss_baselines.manifold.model.per_window_sgd import PerWindowSGD  # noqa: E402
 from npss_baselines.manifold.model.projector import Manifold  # noqa: E402

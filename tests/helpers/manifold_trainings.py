@@ -8,7 +8,7 @@ from pathlib import Path
 import torch
 from safetensors.torch import load_file
 
-from npss_baselines.data.motion_synthetic import synthetic_clips
+from npss_baselines.data.synthetic import synthetic_clips
 from npss_baselines.manifold.model.autoencoder import AutoencoderConfig
 from npss_baselines.manifold.motion.dataset import prepare
 from npss_baselines.manifold.training import config, schedule, trainer

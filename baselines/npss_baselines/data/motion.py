@@ -44,7 +44,7 @@ class Clip:
         Frames per second.
     positions : (T, 20, 3) ndarray of float64
         Where the joints of `JOINTS` are, path included, in the source's own unit of length. y is up as far as the
-        source knows: of Human3.6M see `npss_baselines.data.motion_h36m.h36m_clips`.
+        source knows: of Human3.6M see `npss_baselines.data.human36m.h36m_clips`.
 
     Raises
     ------

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from npss_baselines.data.motion import JOINTS, Clip
-from npss_baselines.data.motion_synthetic import synthetic_clips
+from npss_baselines.data.synthetic import synthetic_clips
 from npss_baselines.manifold.motion import prepared
 from npss_baselines.manifold.motion.bones import normalise_lengths
 from npss_baselines.manifold.motion.cache import VERSION, cached, load, save

@@ -17,7 +17,7 @@ from safetensors.torch import save as serialized
 
 from manifold_trainings import TINY, configured, outcome, same, small_chunks, train_until_killed, trained, walkers
 from npss_baselines.commands import train_manifold as train_command
-from npss_baselines.data.motion_synthetic import synthetic_clips
+from npss_baselines.data.synthetic import synthetic_clips
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
 from npss_baselines.manifold.model.per_window_sgd import PerWindowSGD
 from npss_baselines.manifold.motion.dataset import MotionSet, prepare

@@ -158,7 +158,7 @@ def prepare(clips: Iterable[Clip], *, skeleton: Skeleton = JOINTS) -> MotionSet:
 
     Examples
     --------
-    >>> from npss_baselines.data.motion_synthetic import synthetic_clips
+    >>> from npss_baselines.data.synthetic import synthetic_clips
     >>> walks = prepare(synthetic_clips(2, 250, seed=0))
     >>> walks.windows.shape, walks.counts()
     ((4, 160, 63), {'clips': 2, 'windows': 4, 'padded': 0, 'frames': 500, 'left_out': 20})

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from npss.console import Progress
 from npss_baselines.data.cmu import cmu_clips, styles_clips
+from npss_baselines.data.human36m import h36m_clips
 from npss_baselines.data.motion import Clip
-from npss_baselines.data.motion_h36m import h36m_clips
-from npss_baselines.data.motion_synthetic import synthetic_clips
+from npss_baselines.data.synthetic import synthetic_clips
 from npss_baselines.manifold.motion.cache import cached
 from npss_baselines.manifold.motion.dataset import MotionSet, prepare
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from npss.gait import gait
 from npss.validation import positive_integer
+from npss_baselines.data.human36m import joints_of_poses
 from npss_baselines.data.motion import Clip
-from npss_baselines.data.motion_h36m import joints_of_poses
 
 
 def synthetic_clips(n: int, n_frames: int, seed: int, *, fps: float = 30.0) -> Iterator[Clip]:
