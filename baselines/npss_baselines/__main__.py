@@ -3,9 +3,9 @@
 import sys
 from collections.abc import Sequence
 
-from npss.console import Parser, run
-from npss_baselines.commands import evaluate, leaderboard, manifold, predict, sensitivity, train
-from npss_baselines.commands import params as parameters
+from npss.console import run
+from npss_baselines.commands import evaluate, leaderboard, manifold, params, predict, sensitivity, train
+from npss_baselines.commands.parser import CommandParser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -13,10 +13,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return run("npss-baselines", _parser, arguments)
 
 
-def _parser() -> Parser:
-    parser = Parser(prog="npss-baselines", description="Reference predictors and models of human motion.")
+def _parser() -> CommandParser:
+    parser = CommandParser(prog="npss-baselines", description="Reference predictors and models of human motion.")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (evaluate, leaderboard, sensitivity, parameters, train, predict, manifold):
+    for command in (evaluate, leaderboard, sensitivity, params, train, predict, manifold):
         command.add_parser(commands)
     return parser
 

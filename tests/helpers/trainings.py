@@ -1,6 +1,5 @@
 """A model that is quick to train, its training, and what that comes to."""
 
-import argparse
 import os
 import signal
 from dataclasses import dataclass
@@ -10,9 +9,9 @@ import torch
 from safetensors.torch import load_file
 from torch import nn
 
-from npss.console import run
-from npss_baselines.commands import arguments, predict, train
-from npss_baselines.data import windows
+from npss_baselines.__main__ import main
+from npss_baselines.commands import arguments
+from npss_baselines.data.synthetic import synthetic_training_set, synthetic_validation
 from npss_baselines.models import MODELS, ModelSpec
 from npss_baselines.models.base import POSE, MotionModel
 from npss_baselines.models.recipe import Recipe
@@ -81,8 +80,8 @@ def trained(out, configuration, training_set=None):
     """Train on few walkers, and return the rows."""
     out.mkdir(exist_ok=True)
     config.write(out / config.FILE, configuration, "cpu")
-    training_set = training_set or windows.synthetic_training_set(3, 60)
-    return trainer.train(configuration, training_set, windows.synthetic_validation(2), out)
+    training_set = training_set or synthetic_training_set(3, 60)
+    return trainer.train(configuration, training_set, synthetic_validation(2), out)
 
 
 def outcome(out):
@@ -138,8 +137,4 @@ def train_until_killed(out, configuration, moment, number):
 
 def command(*arguments):
     """Run ``npss-baselines``."""
-    parser = argparse.ArgumentParser(prog="npss-baselines")
-    commands = parser.add_subparsers(required=True)
-    for module in (train, predict):
-        module.add_parser(commands)
-    return run("npss-baselines", lambda: parser, [str(argument) for argument in arguments])
+    return main([str(argument) for argument in arguments])

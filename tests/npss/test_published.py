@@ -96,9 +96,9 @@ def test_spot_values(h36m, model, action, number, at, value):
 def test_the_reference_predictor_reproduces_its_published_row(h36m, h36m_root):
     from npss.predictors import PREDICTORS
     from npss_baselines.commands.evaluate import evaluate
-    from npss_baselines.data.tasks import h36m_tasks
+    from npss_baselines.data.human36m import Human36M
 
-    for task in h36m_tasks(h36m_root, ["walking", "eating"]):
+    for task in Human36M().tasks(h36m_root, ["walking", "eating"]):
         measured = evaluate("zero-velocity", PREDICTORS["zero-velocity"], task)
         row = h36m["zero-velocity", task.action]
         assert measured["signatures"]["euler_error"] == row["signatures"]["euler_error"]
@@ -148,7 +148,7 @@ def test_signatures_are_those_of_the_tables():
 def test_records_are_in_the_form_of_evaluate(h36m):
     from npss.predictors import PREDICTORS
     from npss_baselines.commands.evaluate import evaluate
-    from npss_baselines.data.tasks import synthetic_task
+    from npss_baselines.data.synthetic import synthetic_task
 
     measured = evaluate("zero-velocity", PREDICTORS["zero-velocity"], synthetic_task(2))
     assert [*measured, "source", "published"] == list(h36m["VGRU-d", "walking"])

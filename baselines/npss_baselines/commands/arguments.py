@@ -10,19 +10,11 @@ from typing import Any, TypeVar
 
 from npss.console import add_plugin
 from npss.validation import one_of
-from npss_baselines.data import h36m
+from npss_baselines.commands.sources import add_folder_options, folders_of, from_environment
+from npss_baselines.data import Source, pose_sources
 from npss_baselines.models import MODELS
-from npss_baselines.runs import launch
-from npss_baselines.runs.config import (
-    CHECKPOINT,
-    FILE,
-    Configuration,
-    configuration_of,
-    defaults,
-    parser_of,
-    paths_of,
-    read,
-)
+from npss_baselines.runs import config, launch
+from npss_baselines.runs.config import CHECKPOINT, FILE, Configuration
 
 Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
 
@@ -38,8 +30,8 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     configuration : Configuration
         What the run is.
     options : Namespace
-        What else was said: ``out``, ``seeds``, ``apart``, ``resume``, ``h36m``, ``cache``, ``device``, ``tf32`` and
-        ``tensorboard``.
+        What else was said: ``out``, ``seeds``, ``apart``, ``resume``, ``cache``, ``device``, ``tf32``,
+        ``tensorboard``, and the folders of sources.
 
     Raises
     ------
@@ -51,29 +43,38 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     if name is not None:
         one_of("MODEL", name, tuple(MODELS))
     if {"-h", "--help"} & set(rest):
-        _add_options(parser_of(defaults(name or next(iter(MODELS))))).print_help()
+        _add_options(config.parser_of(name or next(iter(MODELS)))).print_help()
         raise SystemExit(0)
-    options = _options(rest)
+    options, rest = _options(rest)
     file = file_of(options)
     if _several(options):
         if file is not None and file == options.out / FILE:
             raise ValueError(f"--out: {options.out} is a run, not a folder of several")
-        if options.seeds is not None and any(said.partition("=")[0] == "--seed" for said in rest):
+        if options.seeds is not None and any(argument.partition("=")[0] == "--seed" for argument in rest):
             raise ValueError("--seed: --seeds says which already")
-    if name is None and file is None:
-        if options.resume:
-            raise ValueError(f"--resume: no {FILE} in {options.out}; to begin a run there, name MODEL or --config FILE")
+    folders = [source for source in folders_of(options) if source in pose_sources()]
+    if file is not None:
+        stored, parser = config.read_with_parser(file)
+        if name not in (None, stored.name):
+            raise ValueError(f"MODEL: {name!r}, but {file} is of a {stored.name!r}")
+        config.set_defaults(parser, vars(stored))
+        recipe = stored.recipe
+    elif name is not None:
+        stored, parser, recipe = None, config.parser_of(name), MODELS[name].recipe
+        config.set_defaults(parser, {"data": folders[0]} if len(folders) == 1 else {})
+    elif options.resume:
+        raise ValueError(f"--resume: no {FILE} in {options.out}; to begin a run there, name MODEL or --config FILE")
+    else:
         raise ValueError(f"MODEL: expected one of {', '.join(MODELS)}, or --config FILE")
-    known = defaults(str(name)) if file is None else vars(read(file)).copy()
-    if name not in (None, known["name"]):
-        raise ValueError(f"MODEL: {name!r}, but {file} is of a {known['name']!r}")
     if options.iterations is not None:
-        recipe = known["recipe"].compressed(options.iterations)
-        known |= {"recipe": recipe, "validate_every": None, "checkpoint_every": None}
-    parser = _add_options(parser_of(known))
-    configuration = configuration_of(known["name"], parser, lambda: parser.parse_args(rest))
-    if file is not None and file == options.out / FILE:
-        refuse_changes(file, asdict(read(file)), asdict(configuration))
+        recipe = recipe.compressed(options.iterations)
+        config.set_defaults(parser, {"recipe": recipe, "validate_every": None, "checkpoint_every": None})
+    model = name if stored is None else stored.name
+    configuration = config.configuration_of(str(model), parser, lambda: parser.parse_args(rest), also=vars(options))
+    if others := [source for source in folders if source != configuration.data]:
+        raise ValueError(f"--{pose_sources()[others[0]].option}: the run is trained on --data {configuration.data}")
+    if stored is not None and file == options.out / FILE:
+        refuse_changes(options.out / FILE, asdict(stored), asdict(configuration))
     return configuration, options
 
 
@@ -112,19 +113,21 @@ def runs_of(configuration: Configuration, options: argparse.Namespace) -> list[t
     for one, out in runs:
         stored = _stored(out, resume=options.resume)
         if stored is not None:
-            refuse_changes(stored, asdict(read(stored)), asdict(one))
+            refuse_changes(stored, asdict(config.read(stored)), asdict(one))
         elif group:
             raise ValueError(f"--out: {options.out} has other runs already, and {out.name} is none of them")
     return runs
 
 
-def h36m_of(options: argparse.Namespace, begun: Sequence[Path]) -> tuple[Path | None, Path | None]:
-    """Return where Human3.6M is: where the command line says, or the run, or the environment.
+def folder_of(options: argparse.Namespace, source: Source, begun: Sequence[Path]) -> tuple[Path | None, Path | None]:
+    """Return where the motion is: where the command line says, or the run, or the environment.
 
     Parameters
     ----------
     options : Namespace
         From `parse`.
+    source : Source
+        Of the motion.
     begun : sequence of Path
         The folders of the runs that are to be resumed.
 
@@ -135,12 +138,15 @@ def h36m_of(options: argparse.Namespace, begun: Sequence[Path]) -> tuple[Path | 
     recorded_in : Path or None
         The configuration that says so, if it is that.
     """
+    if source.generated:
+        return None, None
     files = [folder / FILE for folder in begun] or ([] if options.config is None else [options.config])
-    if options.h36m is None:
+    named: Path | None = getattr(options, source.option)
+    if named is None:
         for file in files:
-            if "h36m" in (paths := paths_of(file)):
-                return paths["h36m"], file
-    return options.h36m or h36m.from_environment(), None
+            if source.option in (paths := config.paths_of(file)):
+                return paths[source.option], file
+    return named or from_environment(source), None
 
 
 def resuming(options: argparse.Namespace, said: Sequence[str]) -> list[str]:
@@ -170,11 +176,11 @@ def _several(options: argparse.Namespace) -> bool:
     return options.seeds is not None or options.apart
 
 
-def _options(arguments: Sequence[str]) -> argparse.Namespace:
-    """Read what a configuration does not hold, of arguments of which others are for `parser_of`."""
+def _options(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Read what a configuration does not hold; return the arguments that are left for its parser, too."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
     try:
-        return _add_options(parser).parse_known_args(arguments)[0]
+        return _add_options(parser).parse_known_args(arguments)
     except argparse.ArgumentError as error:
         raise ValueError(str(error)) from None
 
@@ -191,8 +197,7 @@ def _add_options(parser: Parser) -> Parser:
         "--apart", action="store_true", help="train a model for each of the actions at once, as --seeds"
     )
     parser.add_argument("--resume", action="store_true", help="go on where the run was cut off, if it had begun")
-    h36m.add_option(parser)
-    parser.set_defaults(h36m=None)  # what a run remembers goes before the environment
+    add_folder_options(parser, pose_sources().values())
     parser.add_argument("--cache", type=Path, metavar="DIR", help="keep the files there in binary, to load faster")
     launch.add_device(parser)
     parser.add_argument(

@@ -15,7 +15,8 @@ from npss.console import Progress
 from npss.predictors import PREDICTORS
 from npss.ranking import names_of_paths
 from npss.records import Record, summary
-from npss_baselines.data.tasks import Task, add_task_options, tasks_of
+from npss_baselines.commands.sources import add_task_options, tasks_of
+from npss_baselines.data.tasks import Task
 from npss_baselines.evaluation.evaluate import evaluate
 
 

@@ -12,7 +12,8 @@ from npss.files import MAX_SIZE, Pair, check_output, listed
 from npss.predictors import PREDICTORS, Predictor
 from npss.ranking import check_truths, read_actions, records_of, sample_files
 from npss_baselines.commands.evaluate import by_name, is_run
-from npss_baselines.data.tasks import Task, add_task_options, tasks_of
+from npss_baselines.commands.sources import add_task_options, tasks_of
+from npss_baselines.data.tasks import Task
 
 _DESCRIPTION = """\
 Rank predictors, and models of which there are prediction files, on the same test windows: Euler error and NPSS with

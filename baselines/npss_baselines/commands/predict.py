@@ -9,7 +9,7 @@ from typing import Any
 from npss import euler_error_curve, poses_to_euler
 from npss.files import check_output, listed, suffixes, write_samples
 from npss.validation import Array
-from npss_baselines.data.tasks import add_task_options, tasks_of
+from npss_baselines.commands.sources import add_task_options, pose_source_of
 
 _DESCRIPTION = """\
 Let a trained model predict the test windows. The file holds expmap/gt/ACTION_i and expmap/preds/ACTION_i, exponential
@@ -39,11 +39,11 @@ def run(options: argparse.Namespace) -> None:
     from npss_baselines.runs import folder  # torch and the like: the other commands need none of it
 
     trained = folder.load(options.folder)
-    of = trained.configuration
-    options.synthetic = options.synthetic or (of.data == "synthetic" and not options.actions)
-    options.actions = options.actions or (None if options.synthetic else of.actions)
+    configuration = trained.configuration
+    source, data = pose_source_of(options, default=configuration.data)
+    actions = options.actions or (configuration.actions if source.name == configuration.data else ())
     arrays: dict[str, Array] = {}
-    for task in tasks_of(options):
+    for task in source.tasks(data, actions, options.windows, cache=options.cache):
         predicted = trained.predictor(task.action, seed=options.seed)(task.seed_frames, task.target.shape[1])
         for kind, poses in (("gt", task.target), ("preds", predicted)):
             arrays |= {f"expmap/{kind}/{task.action}_{i}": one for i, one in enumerate(poses)}

@@ -1,161 +1,18 @@
-"""How the Euler error and NPSS answer when the "prediction" is the ground truth, distorted."""
+"""Distort walking, and see which metric minds."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
-from npss import CONVENTIONS, euler_error, gait, poses_to_euler, protocol, score, signature
-from npss.console import table
 from npss.files import check_output, write_figure_atomically
-from npss.metrics import METRICS
-from npss.predictors import zero_velocity
-from npss.protocol import MOVES
 from npss.records import Record
-from npss.validation import Float64
-from npss_baselines.data import h36m
-from npss_baselines.data.tasks import N_SEED, N_TARGET
-
-NPSS, EULER_ERROR = METRICS["npss"], METRICS["euler_error"]
-ACTION = "walking"  # the one that is periodic
-TEMPI = (0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.3, 1.4)
-SKIP_EVERY = (20, 10, 5, 4, 3)
-SHIFTS = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
-NOISE = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3)
-OFFSETS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
-_STRIDE_S = (0.8, 1.8)  # how long a stride may last: half a stride, which looks much the same, is shorter
-
-
-class Motion(NamedTuple):
-    """The test windows, each with the clip it was cut from, so that there is motion beyond its end."""
-
-    protocol: str
-    clips: list[Float64]  # (T, 99) each: Euler angles at 25 frames per second
-    starts: list[int]  # of the first predicted frame in each
-
-    def at(self, frames: Sequence[npt.ArrayLike]) -> Float64:
-        """Read clips between their frames, linearly: as many positions for each, ``(N, 100, 99)``."""
-        return np.stack([_between(clip, np.asarray(at)) for clip, at in zip(self.clips, frames, strict=True)])
-
-
-def h36m_motion(root: Path) -> Motion:
-    """Return the eight test windows of walking in the files of Human3.6M below `root`."""
-    data = h36m.open_root(root)
-    clips = h36m.load_test_clips(data, ACTION)
-    angles = [poses_to_euler(clip.astype(np.float64)) for clip in clips]
-    windows = protocol.srnn_windows([len(clip) for clip in clips], n_seed=N_SEED, n_target=N_TARGET)
-    return Motion("srnn-8", [angles[window.clip] for window in windows], [window.target.start for window in windows])
-
-
-def synthetic_motion(n: int = 64) -> Motion:
-    """Return the windows of `npss_baselines.data.tasks.synthetic_task`, and two seconds more."""
-    poses = gait.gait(n, N_SEED + N_TARGET + N_SEED, seed=0)
-    return Motion(f"synthetic-{n}", list(poses_to_euler(poses)), [N_SEED] * n)
-
-
-def distorted(motion: Motion) -> Iterator[tuple[str, float, str, Float64]]:
-    """Yield distortions of the windows: name, strength, unit, and ``(N, 100, 99)`` Euler angles.
-
-    In time, by reading the clip elsewhere, linearly between frames:
-
-    - tempo: every step takes 1 / strength of its time, from the last seed frame on;
-    - skipped frames: every k-th is left out, and those after it come earlier;
-    - phase shift: the same motion, some strides later; a stride as it is from the seed to two seconds after the window.
-
-    In space, of the features that move, those of the Euler error:
-
-    - noise: independent Gaussian noise in each frame, of this standard deviation;
-    - offset: every angle is larger by this.
-
-    First of all, as a yardstick, the last seed frame held.
-    """
-    seeds = np.stack([clip[start - 1 : start] for clip, start in zip(motion.clips, motion.starts, strict=True)])
-    yield "zero-velocity", 0.0, "", zero_velocity(seeds, N_TARGET)
-    frames = np.arange(N_TARGET)
-    for tempo in TEMPI:
-        yield "tempo", tempo, "times as fast", motion.at([start - 1 + tempo * (frames + 1) for start in motion.starts])
-    undistorted = motion.at([start + frames for start in motion.starts])
-    yield "skipped frames", 0.0, "share of frames", undistorted
-    for k in SKIP_EVERY:
-        yield (
-            *("skipped frames", 1 / k, "share of frames"),
-            motion.at([start + frames + frames // (k - 1) for start in motion.starts]),
-        )
-    room = [slice(start - N_SEED, start + N_TARGET + N_SEED) for start in motion.starts]
-    strides = [stride(clip[around]) for clip, around in zip(motion.clips, room, strict=True)]
-    for shift in SHIFTS:
-        later = [start + frames + shift * length for start, length in zip(motion.starts, strides, strict=True)]
-        yield "phase shift", shift, "strides", motion.at(later)
-    moves = undistorted.std(axis=1, keepdims=True) > MOVES
-    noise = np.random.default_rng(0).standard_normal(undistorted.shape) * moves
-    for deviation in NOISE:
-        yield "noise", deviation, "standard deviation (rad)", undistorted + deviation * noise
-    for offset in OFFSETS:
-        yield "offset", offset, "rad", undistorted + offset * moves
-
-
-def stride(clip: Float64) -> int:
-    """Return how many frames a stride takes: after how many the clip ``(T, D)`` is most like itself."""
-    swings = clip - clip.mean(axis=0)
-    lags = range(*(round(seconds * protocol.FPS) for seconds in _STRIDE_S))
-    return max(lags, key=lambda lag: float(np.mean(swings[lag:] * swings[:-lag])))
-
-
-def study(motion: Motion) -> list[Record]:
-    """Measure every distortion.
-
-    Returns
-    -------
-    list of dict
-        ``distortion``, ``strength``, ``unit``; ``euler_error``, the mean over all frames, in radians; ``npss`` by
-        convention; ``signatures``, that of each number by metric or convention.
-    """
-    gt = motion.at([start + np.arange(N_TARGET) for start in motion.starts])
-    end_ms = protocol.frames_to_ms([N_TARGET - 1])[0]
-    context: dict[str, Any] = {
-        "representation": "euler",
-        "frames": N_TARGET,
-        "fps": protocol.FPS,
-        "protocol": motion.protocol,
-        "unwrap": "off",
-    }
-    signatures: dict[str, str] = {name: signature(name, **context) for name in CONVENTIONS}
-    signatures[EULER_ERROR.name] = signature(
-        None, metric=EULER_ERROR.name, columns="gt", average="up-to", at_ms=end_ms, **context
-    )
-    return [
-        {
-            "distortion": name,
-            "strength": strength,
-            "unit": unit,
-            "euler_error": euler_error(gt, pred, fps=protocol.FPS, at_ms=(end_ms,), average="up-to")[end_ms],
-            "npss": {convention: score(gt, pred, convention=convention) for convention in CONVENTIONS},
-            "signatures": signatures,
-        }
-        for name, strength, unit, pred in distorted(motion)
-    ]
-
-
-def tabulate(records: Sequence[Record], *, markdown: bool = False) -> str:
-    """Lay records out for people."""
-    scores = [NPSS.column(convention=name) for name in records[0]["npss"]]
-    header = ["distortion", "strength", "unit", EULER_ERROR.labelled, *scores]
-    rows = [
-        [
-            *(record["distortion"], f"{record['strength']:.4g}", record["unit"]),
-            *(f"{value:.4f}" for value in (record["euler_error"], *record["npss"].values())),
-        ]
-        for record in records
-    ]
-    lines = [f"    {line}" for line in records[0]["signatures"].values()]
-    return "\n".join([table(header, rows, "lrl" + "r" * (len(header) - 3), markdown=markdown), "", *lines])
+from npss_baselines.commands.sources import add_pose_source, pose_source_of
+from npss_baselines.evaluation.sensitivity import motion_of, study, tabulate
 
 
 def add_parser(commands: Any) -> None:
@@ -166,9 +23,7 @@ def add_parser(commands: Any) -> None:
         description="Measure walking that is distorted in time and space, by NPSS under every convention and by the "
         "Euler error (mean over all frames).",
     )
-    source = parser.add_mutually_exclusive_group()
-    h36m.add_option(source)
-    source.add_argument("--synthetic", action="store_true", help="a generated gait, which needs no data")
+    add_pose_source(parser)
     parser.add_argument(
         "--format", choices=("table", "json", "markdown"), help="default: table on a terminal, else json"
     )
@@ -182,13 +37,7 @@ def run(options: argparse.Namespace) -> None:
     """Print the records, and draw them if asked to."""
     if options.output:
         check_output(options.output)
-    if options.synthetic:
-        motion = synthetic_motion()
-    elif options.h36m is None:
-        raise ValueError("--h36m DIR names the folder of Human3.6M; --synthetic needs no data")
-    else:
-        motion = h36m_motion(Path(options.h36m))
-    records = study(motion)
+    records = study(motion_of(*pose_source_of(options)))
     if options.output:
         _draw(records, options.output)
     form = options.format or ("table" if sys.stdout.isatty() else "json")
@@ -202,13 +51,3 @@ def _draw(records: Sequence[Record], path: Path) -> None:
         write_figure_atomically(path, plot.sensitivity(records))
     except ImportError as error:
         raise ValueError(f"-o: {error}") from None
-
-
-def _between(clip: Float64, at: Float64) -> Float64:
-    """Read a clip at positions in frames, linearly between them."""
-    if at.max() > len(clip) - 1:
-        raise ValueError(f"clip: {len(clip)} frames, but a distortion reads frame {at.max():.4g}")
-    before = np.floor(at).astype(int)
-    share = (at - before)[:, np.newaxis]
-    read: Float64 = (1 - share) * clip[before] + share * clip[np.minimum(before + 1, len(clip) - 1)]
-    return read

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from npss_baselines.data import h36m
+from npss_baselines.commands.sources import needs
+from npss_baselines.data import pose_sources
 from npss_baselines.data.tasks import Task
 
 if TYPE_CHECKING:
@@ -17,11 +18,8 @@ if TYPE_CHECKING:
 
 def add_parser(commands: Any) -> None:
     """Add the command to those of ``npss-baselines``."""
-    # Which options there are depends on the model: nothing is one to this parser, and `parse` reads them all.
-    parser: argparse.ArgumentParser = commands.add_parser(
-        "train", help="train a model", add_help=False, prefix_chars="\0"
-    )
-    parser.add_argument("arguments", nargs="*")
+    # Which options there are depends on the model.
+    parser: argparse.ArgumentParser = commands.add_parser("train", help="train a model", add_help=False, forward=True)
     parser.set_defaults(run=run)
 
 
@@ -30,9 +28,9 @@ def run(options: argparse.Namespace) -> None:
     # Imported where they are used: the other commands need no torch.
     if options.arguments[:1] == ["manifold"]:
         options.extra = "manifold"
-        from npss_baselines.commands import train_manifold as train_command
+        from npss_baselines.commands import train_manifold
 
-        train_command.run(options.arguments[1:])
+        train_manifold.run(options.arguments[1:])
         return
     from npss_baselines.commands import arguments
     from npss_baselines.runs import config, launch, weights
@@ -44,14 +42,15 @@ def run(options: argparse.Namespace) -> None:
     several = arguments.runs_of(configuration, options)
     folders = [out for _, out in several]
     before = launch.begun(folders)
-    root, recorded_in = arguments.h36m_of(options, before)
+    source = configuration.source
+    root, recorded_in = arguments.folder_of(options, source, before)
     together, read = [], {}
     for one, out in several:
         if one.actions not in read:
-            with launch.moved("h36m", root, recorded_in):
+            with launch.moved(source.option, root, recorded_in):
                 read[one.actions] = data_of(one, root, options.cache)
         together.append((one, *read[one.actions], out))
-    paths = {"h36m": root} if root is not None and configuration.data == "h36m" else {}
+    paths = {} if root is None else {source.option: root}
     with (
         launch.going_on(folders, arguments.resuming(options, said)),
         launch.folders_alone(options.out, folders, before),
@@ -73,12 +72,9 @@ def run(options: argparse.Namespace) -> None:
 
 def data_of(configuration: Configuration, root: Path | None, cache: Path | None) -> tuple[TrainingSet, Sequence[Task]]:
     """Return what a run is trained on, and the windows by which its weights are chosen."""
-    from npss_baselines.data import windows
-
-    if configuration.data == "synthetic":
-        return windows.synthetic_training_set(), windows.synthetic_validation()
-    if root is None:
-        raise ValueError("--h36m DIR names the folder of Human3.6M; --data synthetic needs no data")
-    data = h36m.open_root(root, cache=cache)
-    training_set = windows.h36m_training_set(data, configuration.actions, subjects=configuration.subjects)
-    return training_set, windows.h36m_validation(data, configuration.validate_on)
+    source = configuration.source
+    if root is None and not source.generated:
+        raise ValueError(needs([source, *(other for other in pose_sources().values() if other.generated)], "--data "))
+    folder = root or Path()
+    training_set = source.training_set(folder, configuration.actions, subjects=configuration.subjects, cache=cache)
+    return training_set, source.validation_tasks(folder, configuration.validate_on, cache=cache)

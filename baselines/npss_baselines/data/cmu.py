@@ -1,4 +1,4 @@
-"""CMU's motion in the common form, from the BVH files of B. Hahne's conversion (cgspeed)."""
+"""CMU's motion as sources, from the BVH files of B. Hahne's conversion (cgspeed)."""
 
 from __future__ import annotations
 
@@ -7,13 +7,16 @@ import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from io import StringIO
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 from npss.files import read_text
 from npss.validation import each
 from npss_baselines.data import bvh
+from npss_baselines.data.cmu_labels import label_of
 from npss_baselines.data.motion import NAMES, Clip
+from npss_baselines.data.source import QUICK, Source
 
 _LEFT = {
     "UpLeg": "Thigh",
@@ -39,6 +42,52 @@ CMU_NAMES = {
 LEAD_IN = 8
 #: The folders of `styles_clips`.
 STYLES = ("indian", "martial", "salsa")
+#: Subjects whose clips are read if it is to be quick.
+QUICK_SUBJECTS = ("02", "08", "09")
+
+
+class CMU(Source):
+    """Clips of CMU that `clips.csv` describes."""
+
+    name = "cmu"
+    description = "the folder of CMU's clips: clips.csv, 01/01_01.bvh ..."
+    test_subjects = ("02", "14")
+    validation_subjects = ("08", "12")
+
+    def label(self, description: str) -> str:
+        """Return the action that the description names first; see `label_of`."""
+        return label_of(description)
+
+    def clips(
+        self,
+        folder: Path,
+        *,
+        quick: bool = False,
+        cache: Path | None = None,
+        progress: Callable[[float], None] = lambda share: None,
+    ) -> Iterator[Clip]:
+        """Read all clips; quick, those of `QUICK_SUBJECTS`."""
+        return cmu_clips(folder, subjects=QUICK_SUBJECTS if quick else None, progress=progress)
+
+
+class CMUStyles(Source):
+    """Further clips of CMU, whose subjects are not stated: dances and martial arts."""
+
+    name = "cmu-styles"
+    description = "the folder of further CMU clips: indian/04.bvh, salsa/03.bvh ..."
+    option = "styles"
+    vocabulary = "cmu"
+
+    def clips(
+        self,
+        folder: Path,
+        *,
+        quick: bool = False,
+        cache: Path | None = None,
+        progress: Callable[[float], None] = lambda share: None,
+    ) -> Iterator[Clip]:
+        """Read all clips; quick, the first few."""
+        return islice(styles_clips(folder, progress=progress), QUICK if quick else None)
 
 
 class _File(NamedTuple):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import hashlib
 import os
@@ -31,13 +30,12 @@ from npss.validation import one_of, positive_integer
 
 Float32 = npt.NDArray[np.float32]
 
-_DRAWN: dict[str, Callable[..., tuple[Window, ...]]] = {
+#: What draws the test windows, by name.
+WINDOWS: dict[str, Callable[..., tuple[Window, ...]]] = {
     "srnn-8": srnn_windows,
     "srnn-8-late": partial(srnn_windows, late=True),
     "random-256": random_windows,
 }
-#: The test windows of `load_test_windows`.
-WINDOWS = tuple(_DRAWN)
 #: All subjects.
 SUBJECTS = tuple(sorted((*TRAIN_SUBJECTS, TEST_SUBJECT)))
 #: Frames per second of a file.
@@ -265,9 +263,9 @@ def load_test_windows(
     FileNotFoundError
         If this copy of the data set lacks one of the test subject's two clips: names it.
     """
-    one_of("windows", windows, WINDOWS)
+    one_of("windows", windows, tuple(WINDOWS))
     clips = load_test_clips(data, action)
-    places = _DRAWN[windows]([len(clip) for clip in clips], n_seed=n_seed, n_target=n_target)
+    places = WINDOWS[windows]([len(clip) for clip in clips], n_seed=n_seed, n_target=n_target)
     seed = np.stack([clips[place.clip][place.seed_frames] for place in places])
     target = np.stack([clips[place.clip][place.target] for place in places])
     return seed, target
@@ -356,20 +354,3 @@ def _fault(path: Path) -> str | None:
             if not abs(value) <= float(np.finfo(np.float32).max):  # NaN included
                 return f"{where} is not a finite number"
     return "no rows" if not any(line.strip() for line in lines) else None
-
-
-def from_environment() -> Path | None:
-    """Return the folder that the environment variable ``NPSS_H36M`` names."""
-    named = os.environ.get("NPSS_H36M")
-    return Path(named) if named else None
-
-
-def add_option(parser: argparse._ActionsContainer) -> None:
-    """Add the option of a command that says where the data set is."""
-    parser.add_argument(
-        "--h36m",
-        type=Path,
-        metavar="DIR",
-        default=from_environment(),
-        help="the folder of Human3.6M's dataset/ (default: the environment variable NPSS_H36M)",
-    )

@@ -1,26 +1,96 @@
-"""Human3.6M in the common form."""
+"""Human3.6M as a source: its test windows, what models are trained on, and its clips in the common form."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain, islice
+from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
-from npss.protocol import ACTIONS
-from npss.skeleton import H36M, poses_to_positions
-from npss.validation import Float64, each
+from npss.protocol import ACTIONS, TEST_SUBJECT, TRAIN_SUBJECTS, Window
+from npss.ranking import known_blocks
+from npss.records import Groups
+from npss.validation import each
 from npss_baselines.data import h36m
-from npss_baselines.data.motion import NAMES, Clip
+from npss_baselines.data.motion import Clip, joints_of_poses
+from npss_baselines.data.source import QUICK, Poses, PoseSource, Recording
+from npss_baselines.data.tasks import N_SEED, N_TARGET, Task, task_of
+from npss_baselines.data.windows import STRIDE, validation_windows
 
-_JOINTS = [H36M.names.index(name) for name in NAMES]
+#: Subjects of whom clips are read if it is to be quick.
+QUICK_SUBJECTS = (1, 5)
 
 
-def joints_of_poses(poses: npt.ArrayLike) -> Float64:
-    """Compute where the 20 joints of Human3.6M's poses ``(..., T, 99)`` are: ``(..., T, 20, 3)``, in mm, with path."""
-    positions: Float64 = poses_to_positions(np.asarray(poses, np.float64), root="path")[..., _JOINTS, :]
-    return positions
+class Human36M(PoseSource):
+    """Human3.6M, of which a user has a copy."""
+
+    name = "h36m"
+    description = "the folder of Human3.6M's dataset/"
+    environment = "NPSS_H36M"
+    y_up = False
+    actions = ACTIONS
+    default_actions = ("walking", "eating", "smoking")
+    train_subjects = TRAIN_SUBJECTS
+    validation_subjects = (11,)  # of the manifold: models are validated on what test windows leave
+    test_subjects = (TEST_SUBJECT,)
+    fps = h36m.FILE_FPS
+    protocols = tuple(h36m.WINDOWS)
+
+    def subject(self, subject: object) -> str:
+        """Return such as ``h36m/S5``."""
+        return f"{self.name}/S{subject}"
+
+    def recordings(
+        self, folder: Path, *, actions: Sequence[str], subjects: Sequence[int], cache: Path | None = None
+    ) -> Iterator[Recording]:
+        """Read both clips of every training subject and action."""
+        clips = h36m.training_clips(h36m.open_root(folder, cache=cache), actions, subjects=subjects)
+        for name, poses in clips.items():  # S1/walking_1.txt
+            subject, _, file = name.partition("/")
+            yield Recording(name, int(subject[1:]), file.rpartition("_")[0], poses)
+
+    def validation_tasks(self, folder: Path, actions: Sequence[str], *, cache: Path | None = None) -> list[Task]:
+        """Read what to choose a checkpoint by: of each action, what the test windows leave of the test clips.
+
+        Raises
+        ------
+        TypeError, ValueError, FileNotFoundError
+            As `npss_baselines.data.h36m.load_test_clips`; or if nothing is left of an action.
+        """
+        tasks = []
+        for action in actions:
+            clips = self.test_clips(folder, action, cache=cache)
+            windows = validation_windows([len(clip) for clip in clips])
+            if not windows:
+                raise ValueError(f"actions: the test windows of {action} leave no room for a validation window")
+            tasks.append(task_of(action, f"validation-every-{STRIDE}", clips, windows))
+        return tasks
+
+    def test_clips(self, folder: Path, action: str, *, cache: Path | None = None) -> list[Poses]:
+        """Read the two clips of the test subject."""
+        return [*h36m.load_test_clips(h36m.open_root(folder, cache=cache), action)]
+
+    def windows(self, protocol: str, lengths: Sequence[int]) -> tuple[Window, ...]:
+        """Return the windows of published tables."""
+        return h36m.WINDOWS[protocol](lengths, n_seed=N_SEED, n_target=N_TARGET)
+
+    def blocks(self, protocol: str, action: str, windows: Sequence[Window]) -> Groups:
+        """Return the blocks of the protocol, where the lengths of the clips are known."""
+        return known_blocks(protocol, action, (len(windows), N_TARGET))
+
+    def clips(
+        self,
+        folder: Path,
+        *,
+        quick: bool = False,
+        cache: Path | None = None,
+        progress: Callable[[float], None] = lambda share: None,
+    ) -> Iterator[Clip]:
+        """Read the clips in the common form; quick, the first `QUICK` of each of some subjects."""
+        if not quick:
+            return h36m_clips(folder, cache=cache, progress=progress)
+        each_subject = (h36m_clips(folder, subjects=[subject], cache=cache) for subject in QUICK_SUBJECTS)
+        return chain.from_iterable(islice(clips, QUICK) for clips in each_subject)
 
 
 def h36m_clips(

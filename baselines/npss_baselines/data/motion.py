@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
-from npss.skeleton import H36M, Skeleton
+from npss.skeleton import H36M, Skeleton, poses_to_positions
 from npss.validation import Float64, check_finite, is_real, real_array
 
 # What is connected, from the root on. The arms begin at the neck: in Human3.6M's skeleton the two shoulders, parents of
@@ -95,3 +96,10 @@ def _joints() -> Skeleton:
 #: The 20 joints with the bone lengths of Human3.6M's skeleton, both sides alike; x points to the figure's left, y up,
 #: z ahead. At rest it stands on the ground, y = 0, its arms to the sides.
 JOINTS = _joints()
+_IN_POSES = [H36M.names.index(name) for name in NAMES]
+
+
+def joints_of_poses(poses: npt.ArrayLike) -> Float64:
+    """Compute where the 20 joints of Human3.6M's poses ``(..., T, 99)`` are: ``(..., T, 20, 3)``, in mm, with path."""
+    positions: Float64 = poses_to_positions(np.asarray(poses, np.float64), root="path")[..., _IN_POSES, :]
+    return positions

@@ -1,15 +1,89 @@
-"""Generated motion in the common form: walks that need no data."""
+"""Generated walks as a source, which needs no data: to test, train and validate on."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from npss.gait import gait
 from npss.validation import positive_integer
-from npss_baselines.data.human36m import joints_of_poses
-from npss_baselines.data.motion import Clip
+from npss_baselines.data.motion import Clip, joints_of_poses
+from npss_baselines.data.source import Poses, PoseSource, Recording
+from npss_baselines.data.tasks import N_SEED, N_TARGET, Task
+from npss_baselines.data.windows import TrainingSet, training_set_of
+
+#: The one action.
+GAIT = "gait"
+
+
+class Synthetic(PoseSource):
+    """A generated gait, always the same.
+
+    Parameters
+    ----------
+    n : int
+        Walkers to test on.
+    """
+
+    name = "synthetic"
+    description = "a generated gait, which needs no data"
+    generated = True
+    actions = (GAIT,)
+    validation_subjects = (2, 3)  # of the manifold, as those below
+    test_subjects = (0, 1)
+
+    def __init__(self, n: int = 64) -> None:
+        self.n = positive_integer("n", n)
+
+    @property
+    def protocols(self) -> tuple[str, ...]:
+        """One window of each walker: ``synthetic-64``."""
+        return (f"synthetic-{self.n}",)
+
+    def recordings(
+        self, folder: Path, *, actions: Sequence[str], subjects: Sequence[object], cache: Path | None = None
+    ) -> Iterator[Recording]:
+        """Generate 32 walkers to train on, who have no names; none of those that are tested or validated on."""
+        for i, walk in enumerate(gait(32, 500, seed=1)):
+            yield Recording(f"{GAIT}_{i}", "", GAIT, walk)
+
+    def validation_tasks(self, folder: Path, actions: Sequence[str], *, cache: Path | None = None) -> list[Task]:
+        """Generate 16 other walkers to choose a checkpoint by."""
+        return synthetic_validation()
+
+    def test_clips(self, folder: Path, action: str, *, cache: Path | None = None) -> list[Poses]:
+        """Generate the walkers to test on: each has a window, and goes on for two seconds."""
+        return [*gait(self.n, N_SEED + N_TARGET + N_SEED, seed=0)]
+
+    def clips(
+        self,
+        folder: Path,
+        *,
+        quick: bool = False,
+        cache: Path | None = None,
+        progress: Callable[[float], None] = lambda share: None,
+    ) -> Iterator[Clip]:
+        """Generate 32 walks of 500 frames; quick, 8 of them."""
+        return synthetic_clips(8 if quick else 32, 500, seed=0)
+
+
+def synthetic_task(n: int = 64) -> Task:
+    """Return `n` windows of a gait generated here; always the same, and independent of each other."""
+    return next(Synthetic(n).tasks(Path()))
+
+
+def synthetic_training_set(n: int = 32, n_frames: int = 500) -> TrainingSet:
+    """Generate `n` walkers to train on; always the same, and none of those that are tested or validated on."""
+    walks = gait(n, n_frames, seed=1)
+    return training_set_of([GAIT], ((f"{GAIT}_{i}", GAIT, walk) for i, walk in enumerate(walks)))
+
+
+def synthetic_validation(n: int = 16) -> list[Task]:
+    """Generate `n` other walkers to choose a checkpoint by; always the same."""
+    walks = gait(n, N_SEED + N_TARGET, seed=2)
+    return [Task(GAIT, f"synthetic-validation-{n}", walks[:, :N_SEED], walks[:, N_SEED:])]
 
 
 def synthetic_clips(n: int, n_frames: int, seed: int, *, fps: float = 30.0) -> Iterator[Clip]:

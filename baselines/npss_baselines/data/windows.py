@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from npss import gait
-from npss.protocol import COLUMNS, FPS, TRAIN_SUBJECTS, Normalization, Window, normalization, srnn_windows
-from npss.validation import Array, is_integer, positive_integer
-from npss_baselines.data import h36m
-from npss_baselines.data.tasks import N_SEED, N_TARGET, Task
+from npss.protocol import COLUMNS, FPS, Normalization, Window, normalization, srnn_windows
+from npss.validation import Array, is_integer, one_of, positive_integer
+from npss_baselines.data.tasks import N_SEED, N_TARGET
 
 Float32 = npt.NDArray[np.float32]
 
-#: The one action of the generated gait.
-GAIT = "gait"
 #: The first frame of a clip that a window may begin with: the field leaves out those before.
 FIRST = 16
 #: Frames between the beginnings of two validation windows.
@@ -129,61 +125,37 @@ def digest(training_set: TrainingSet) -> str:
     return found.hexdigest()
 
 
-def h36m_training_set(
-    data: h36m.H36M, actions: Sequence[str], *, subjects: Sequence[int] = TRAIN_SUBJECTS
+def training_set_of(
+    actions: Sequence[str], recordings: Iterable[tuple[str, str, Array]], *, every: int = 1
 ) -> TrainingSet:
-    """Read the training set of some actions: windows come from 25 frames per second, the statistics from all rows.
+    """Normalise recordings by the statistics of all their frames, and keep each `every`-th frame.
 
     Parameters
     ----------
-    data : H36M
-        From `npss_baselines.data.h36m.open_root`.
     actions : sequence of str
-        Of `npss.protocol.ACTIONS`, in the order of the label.
-    subjects : sequence of int, optional
-        Of `npss.protocol.TRAIN_SUBJECTS`; fewer where a copy of the data set lacks files.
-
-    Returns
-    -------
-    TrainingSet
-        Both clips of every subject and action.
+        In the order of the label.
+    recordings : iterable of (str, str, (T, 99) ndarray)
+        The name, the action and the poses of each.
+    every : int, optional
+        By default all frames are kept.
 
     Raises
     ------
-    TypeError, ValueError, FileNotFoundError
-        As `npss_baselines.data.h36m.training_clips`; or if other columns vary than in Human3.6M as a whole.
+    ValueError
+        If other columns vary than in Human3.6M as a whole, or a recording is of another action.
     """
-    clips = h36m.training_clips(data, actions, subjects=subjects)
-    every = h36m.FILE_FPS // FPS
-    of = {name: name.split("/")[1].rsplit("_", 1)[0] for name in clips}  # S1/walking_1.txt
-    return _training_set(actions, {name: poses[::every] for name, poses in clips.items()}, of, clips.values())
-
-
-def synthetic_training_set(n: int = 32, n_frames: int = 500) -> TrainingSet:
-    """Generate `n` walkers to train on; always the same, and none of those that are tested or validated on."""
-    walks = gait.gait(n, n_frames, seed=1)
-    clips = {f"{GAIT}_{i}": walk for i, walk in enumerate(walks)}
-    return _training_set([GAIT], clips, dict.fromkeys(clips, GAIT), clips.values())
-
-
-def h36m_validation(data: h36m.H36M, actions: Sequence[str]) -> list[Task]:
-    """Read what to choose a checkpoint by: of each action, what the test windows leave of the test subject's clips.
-
-    Raises
-    ------
-    TypeError, ValueError, FileNotFoundError
-        As `npss_baselines.data.h36m.load_test_clips`; or if nothing is left of an action.
-    """
-    tasks = []
-    for action in actions:
-        clips = [clip.astype(np.float64) for clip in h36m.load_test_clips(data, action)]
-        windows = validation_windows([len(clip) for clip in clips])
-        if not windows:
-            raise ValueError(f"actions: the test windows of {action} leave no room for a validation window")
-        seed = np.stack([clips[window.clip][window.seed_frames] for window in windows])
-        target = np.stack([clips[window.clip][window.target] for window in windows])
-        tasks.append(Task(action, f"validation-every-{STRIDE}", seed, target))
-    return tasks
+    found = list(recordings)
+    statistics = normalization(poses for _, _, poses in found)
+    if statistics.columns != COLUMNS:
+        raise ValueError(
+            f"clips: {len(statistics.columns)} columns vary, not the {len(COLUMNS)} that models take; "
+            f"train on more subjects or actions"
+        )
+    clips = []
+    for name, action, poses in found:
+        one_of(f"{name}: action", action, tuple(actions))
+        clips.append(TrainingClip(name, actions.index(action), statistics.normalize(poses[::every]).astype(np.float32)))
+    return TrainingSet(tuple(actions), tuple(clips), statistics)
 
 
 def validation_windows(lengths: Sequence[int]) -> tuple[Window, ...]:
@@ -221,30 +193,5 @@ def validation_windows(lengths: Sequence[int]) -> tuple[Window, ...]:
     return tuple(window for window in grid if not any(_overlap(window, test) for test in eight + late))
 
 
-def synthetic_validation(n: int = 16) -> list[Task]:
-    """Generate `n` other walkers to choose a checkpoint by; always the same."""
-    walks = gait.gait(n, N_SEED + N_TARGET, seed=2)
-    return [Task(GAIT, f"synthetic-validation-{n}", walks[:, :N_SEED], walks[:, N_SEED:])]
-
-
 def _overlap(first: Window, second: Window) -> bool:
     return first.clip == second.clip and first.start < second.target.stop and second.start < first.target.stop
-
-
-def _training_set(
-    actions: Sequence[str], clips: Mapping[str, Array], of: Mapping[str, str], rows: Iterable[Array]
-) -> TrainingSet:
-    """Normalise clips (T, 99), of which `of` names the action, by the statistics of `rows`."""
-    statistics = normalization(rows)
-    if statistics.columns != COLUMNS:
-        raise ValueError(
-            f"clips: {len(statistics.columns)} columns vary, not the {len(COLUMNS)} that models take; "
-            f"train on more subjects or actions"
-        )
-    order = {action: i for i, action in enumerate(actions)}
-    normalised = {name: statistics.normalize(poses).astype(np.float32) for name, poses in clips.items()}
-    return TrainingSet(
-        tuple(actions),
-        tuple(TrainingClip(name, order[of[name]], poses) for name, poses in normalised.items()),
-        statistics,
-    )

@@ -17,9 +17,9 @@ from npss.console import meant
 from npss.extras import install_hint
 from npss.files import doing, read_json, write_text_atomically
 from npss.plugins import require
-from npss.protocol import ACTIONS, TRAIN_SUBJECTS
 from npss.validation import each, one_of, positive_integer, positive_number
-from npss_baselines.data.windows import GAIT, checked_seed
+from npss_baselines.data import PoseSource, pose_sources
+from npss_baselines.data.windows import checked_seed
 from npss_baselines.models import MODELS
 from npss_baselines.models.recipe import Recipe
 
@@ -32,7 +32,8 @@ except ImportError:
 FILE = "config.json"
 #: The file from which training goes on: of a run, or of all that are trained together, in the folder above theirs.
 CHECKPOINT = "last.ckpt"
-SOURCES = ("h36m", "synthetic")
+#: The data by default.
+DATA = "h36m"
 SELECT = ("released", "paper", "euler", "last")
 # Stated in the file, but no part of the configuration: for those who read it, where the data were, and what to import.
 NOTES = ("made_with", "paths", "plugins")
@@ -50,12 +51,12 @@ class Configuration:
         The fields of the model.
     recipe : Recipe
         How it is trained.
-    data : {'h36m', 'synthetic'}
-        Human3.6M, or the generated gait.
+    data : str
+        The source of motion, one of `npss_baselines.data.pose_sources`.
     actions : tuple of str
         What is trained on, in the order of the label.
-    subjects : tuple of int
-        Who is trained on; nobody, where the data are generated.
+    subjects : tuple
+        Who is trained on, of the source's `train_subjects`; nobody, where the data are generated.
     seed : int
         Of the initial weights and of every iteration.
     select : {'released', 'paper', 'euler', 'last'}
@@ -79,7 +80,7 @@ class Configuration:
     recipe: Recipe
     data: str
     actions: tuple[str, ...]
-    subjects: tuple[int, ...]
+    subjects: tuple[Any, ...]
     seed: int
     select: str
     average: float | None
@@ -88,18 +89,22 @@ class Configuration:
     checkpoint_every: int
 
     def __post_init__(self) -> None:
-        one_of("data", self.data, SOURCES)
+        one_of("data", self.data, tuple(pose_sources()))
         one_of("select", self.select, SELECT)
         checked_seed(self.seed)
         positive_integer("validate_every", self.validate_every)
         positive_integer("checkpoint_every", self.checkpoint_every)
         if self.average is not None and positive_number("average", self.average) >= 1:
             raise ValueError(f"average: expected a decay between 0 and 1, got {self.average}")
-        synthetic = self.data == "synthetic"
-        _some_of("actions", self.actions, (GAIT,) if synthetic else ACTIONS)
+        _some_of("actions", self.actions, self.source.actions)
         _some_of("validate_on", self.validate_on, self.actions)
-        if not synthetic or self.subjects:
-            _some_of("subjects", self.subjects, () if synthetic else TRAIN_SUBJECTS)
+        if self.source.train_subjects or self.subjects:
+            _some_of("subjects", self.subjects, self.source.train_subjects)
+
+    @property
+    def source(self) -> PoseSource:
+        """The source of motion."""
+        return pose_sources()[self.data]
 
 
 def read(path: Path) -> Configuration:
@@ -110,17 +115,22 @@ def read(path: Path) -> Configuration:
     FileNotFoundError, ValueError
         If it is not one; names the file.
     """
+    return read_with_parser(path)[0]
+
+
+def read_with_parser(path: Path) -> tuple[Configuration, jsonargparse.ArgumentParser]:
+    """Read a configuration, as `read`; return the parser that has read it, too."""
     stated = stated_in(path)
     try:
         check_fields("", stated, [*NOTES, *(field.name for field in fields(Configuration))])
         stated = {name: value for name, value in stated.items() if name not in NOTES}
         name = stated.pop("name", None)
         one_of("name", name, tuple(MODELS))
-        known = defaults(name)
         for group in ("model", "recipe"):
-            check_fields(f"{group}: ", stated.get(group, {}), [field.name for field in fields(known[group])])
-        parser = parser_of(known)
-        return configuration_of(name, parser, lambda: parser.parse_object(stated))
+            known = getattr(MODELS[name], "config" if group == "model" else group)
+            check_fields(f"{group}: ", stated.get(group, {}), [field.name for field in fields(known)])
+        parser = parser_of(name)
+        return configuration_of(name, parser, lambda: parser.parse_object(stated)), parser
     except (TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from error
 
@@ -208,35 +218,32 @@ def plugins_of(configuration: Configuration) -> list[str]:
     return sorted(plugin for plugin in found if plugin is not None)
 
 
-def defaults(name: str) -> dict[str, Any]:
-    """Return what a run of a model is if nothing else is said; what is None is worked out from the rest."""
+def parser_of(name: str) -> jsonargparse.ArgumentParser:
+    """Return what reads the fields of a configuration; its defaults are the registry's, or worked out from the rest."""
     spec = MODELS[name]
-    stated = {"name": name, "model": spec.config, "recipe": spec.recipe, "data": SOURCES[0], "seed": 0}
-    return {field.name: None for field in fields(Configuration)} | stated | {"select": SELECT[0]}
-
-
-def parser_of(known: dict[str, Any]) -> jsonargparse.ArgumentParser:
-    """Return what reads the fields of a configuration; those that are known are its defaults."""
     parser = jsonargparse.ArgumentParser(
         prog="npss-baselines train",
         usage="npss-baselines train [MODEL] --out RUN [--config FILE] [OPTION ...]",
         description=f"Train a model: one of {', '.join(MODELS)}. The options --model... below are those of "
-        f"{known['name']}; name another one before --help for its own.",
+        f"{name}; name another one before --help for its own.",
         exit_on_error=False,
         allow_abbrev=False,
         parser_mode="json",
     )
-    parser.add_argument("--data", choices=SOURCES, help="Human3.6M, or a generated gait, which needs no data")
+    sources = pose_sources()
+    described = ", ".join(f"{name}: {source.description}" for name, source in sources.items())
+    parser.add_argument("--data", choices=tuple(sources), default=DATA, help=f"the source of motion: {described}")
     parser.add_argument(
-        "--actions", "--action", nargs="+", metavar="ACTION", help="of Human3.6M, or all; walking if none is named"
+        "--actions", "--action", nargs="+", metavar="ACTION", help="of the source, or all; by default its first one"
     )
     parser.add_argument(
-        "--subjects", nargs="+", type=int, metavar="S", help=f"whom to train on; if nobody is named, {TRAIN_SUBJECTS}"
+        "--subjects", nargs="+", type=str | int, metavar="S", help="whom to train on; by default all training subjects"
     )
-    parser.add_argument("--seed", type=int, help="of the initial weights and of every iteration")
+    parser.add_argument("--seed", type=int, default=0, help="of the initial weights and of every iteration")
     parser.add_argument(
         "--select",
         choices=SELECT,
+        default=SELECT[0],
         help="which weights are kept: the best on validation windows, by NPSS of that convention or by Euler error; "
         "or the last ones",
     )
@@ -250,42 +257,56 @@ def parser_of(known: dict[str, Any]) -> jsonargparse.ArgumentParser:
     parser.add_argument(
         "--checkpoint-every", type=int, metavar="N", help="iterations; if not given, a hundredth of them"
     )
-    for name, value in known.items():
-        if name in ("model", "recipe"):
-            parser.add_argument(f"--{name}", type=type(value), default=value)
-        elif name != "name":
-            parser.set_defaults({name: list(value) if isinstance(value, tuple) else value})
+    parser.add_argument("--model", type=type(spec.config), default=spec.config)
+    parser.add_argument("--recipe", type=Recipe, default=spec.recipe)
     return parser
 
 
-def configuration_of(name: str, parser: jsonargparse.ArgumentParser, parse: Callable[[], Any]) -> Configuration:
-    """Make the configuration of what was parsed, working out what was not said."""
+def set_defaults(parser: jsonargparse.ArgumentParser, values: Mapping[str, Any]) -> None:
+    """Give the parser of a configuration other defaults: values of fields, by name."""
+    for name, value in values.items():
+        if name in ("model", "recipe"):
+            parser.set_defaults({f"{name}.{field.name}": getattr(value, field.name) for field in fields(value)})
+        elif name != "name":
+            parser.set_defaults({name: list(value) if isinstance(value, tuple) else value})
+
+
+def configuration_of(
+    name: str, parser: jsonargparse.ArgumentParser, parse: Callable[[], Any], *, also: Iterable[str] = ()
+) -> Configuration:
+    """Make the configuration of what was parsed, working out what was not said.
+
+    Errors name the parser's options, and those that there are `also`.
+    """
     try:
         parsed = parser.instantiate(parse())
     except argparse.ArgumentError as error:
-        raise ValueError(f"{error}{there_are(parser, str(error))}") from None
+        raise ValueError(f"{error}{there_are([*parser.get_defaults().keys(), *also], str(error))}") from None
     values = {"name": name} | {field.name: parsed[field.name] for field in fields(Configuration)[1:]}
-    synthetic, iterations = values["data"] == "synthetic", values["recipe"].iterations
+    iterations, source = values["recipe"].iterations, pose_sources()[values["data"]]
     if values["actions"] is None:
-        values["actions"] = (GAIT,) if synthetic else ("walking",)
+        values["actions"] = source.default_actions[:1]
     elif list(values["actions"]) == ["all"]:
-        values["actions"] = ACTIONS
+        values["actions"] = source.actions
     worked_out = {
         "validate_on": values["actions"],
-        "subjects": () if synthetic else TRAIN_SUBJECTS,
+        "subjects": source.train_subjects,
         "validate_every": max(1, iterations // 20),
         "checkpoint_every": max(1, iterations // 100),
     }
     values |= {key: value for key, value in worked_out.items() if values[key] is None}
     sequences = {key: tuple(each(key, values[key])) for key in ("actions", "validate_on", "subjects")}
+    # A subject is what the source calls it, which on the command line is text.
+    subjects = {str(subject): subject for subject in source.train_subjects}
+    sequences["subjects"] = tuple(subjects.get(str(subject), subject) for subject in sequences["subjects"])
     return Configuration(**values | sequences)
 
 
-def there_are(parser: jsonargparse.ArgumentParser, error: str) -> str:
+def there_are(options: Iterable[str], error: str) -> str:
     """Return what to add to an error of unknown arguments: the option that was meant, or all that there are."""
     if "unrecognized" not in error:
         return ""
-    names = [f"--{name if '.' in name else name.replace('_', '-')}" for name in sorted(parser.get_defaults().keys())]
+    names = [f"--{name if '.' in name else name.replace('_', '-')}" for name in sorted(options)]
     group = re.search(r"--\w+\.", error)
     of_group = [name for name in names if group and name.startswith(group[0])]
     return meant(error.split(), of_group or names) or f"; there are {', '.join(of_group or names)}"

@@ -9,7 +9,9 @@ import npss
 from npss.predictors import PREDICTORS
 from npss_baselines.__main__ import main
 from npss_baselines.commands import evaluate
-from npss_baselines.data import h36m, tasks
+from npss_baselines.data import h36m
+from npss_baselines.data.human36m import Human36M
+from npss_baselines.data.synthetic import synthetic_task
 
 
 def run(capsys, *arguments):
@@ -38,7 +40,7 @@ class TestSynthetic:
         assert list(record) == ["model", "action", "euler_error", "npss", "npss_windows", "signature", "signatures"]
         assert list(record["euler_error"]) == ["80", "160", "320", "400", "560", "1000"]
         assert list(record["npss"]) == ["paper", "released", "literal"]
-        task = tasks.synthetic_task()
+        task = synthetic_task()
         gt = npss.poses_to_euler(task.target)
         pred = np.broadcast_to(npss.poses_to_euler(task.seed_frames[:, -1:]), gt.shape)
         for name in npss.CONVENTIONS:
@@ -66,13 +68,11 @@ class TestSynthetic:
         assert run(capsys, "--synthetic") == run(capsys, "--synthetic")
 
     def test_its_sequences_are_independent(self):
-        record = evaluate.evaluate(
-            "zero-velocity", PREDICTORS["zero-velocity"], tasks.synthetic_task(4), sequences=True
-        )
+        record = evaluate.evaluate("zero-velocity", PREDICTORS["zero-velocity"], synthetic_task(4), sequences=True)
         assert record["sequences"]["groups"] == [0, 1, 2, 3]
 
     def test_no_trivial_predictor_is_perfect_or_absurd(self):
-        task = tasks.synthetic_task()
+        task = synthetic_task()
         for name, predictor in PREDICTORS.items():
             record = evaluate.evaluate(name, predictor, task)
             assert 0.05 < record["npss"]["paper"] < 10
@@ -94,7 +94,7 @@ class TestSynthetic:
         assert "euler_error|version:1|" in out
 
     def test_numbers_are_rounded_not_cut(self):
-        record = json.loads(json.dumps(evaluate.evaluate("m", PREDICTORS["repeat-50"], tasks.synthetic_task())))
+        record = json.loads(json.dumps(evaluate.evaluate("m", PREDICTORS["repeat-50"], synthetic_task())))
         record["npss"]["paper"], record["euler_error"]["80"] = 12.34567, 1234567.0
         row = next(line for line in evaluate.summary([record]).splitlines() if line.startswith("m "))
         assert row.split()[1] == "12.3457*"
@@ -110,7 +110,7 @@ class TestSynthetic:
     ("arguments", "message"),
     [
         ((), "--h36m DIR names the folder"),
-        (("--synthetic", "--actions", "walking"), "--synthetic has one action and its own windows"),
+        (("--synthetic", "--actions", "walking"), "action: expected one of gait, got 'walking'"),
         (("--synthetic", "zero-speed"), "'zero-speed' is not one of zero-velocity"),
         (("--h36m", "nowhere"), "nowhere"),
     ],
@@ -153,7 +153,7 @@ UNWRAPPED = {"off": ("2.940", "0.943"), "target": ("2.417", "0.763"), "seed": ("
 def records(h36m_root):
     return {
         (task.action, name): evaluate.evaluate(name, PREDICTORS[name], task)
-        for task in tasks.h36m_tasks(h36m_root, ("walking", "eating", "smoking"))
+        for task in Human36M().tasks(h36m_root, ("walking", "eating", "smoking"))
         for name in PREDICTORS
     }
 
@@ -204,7 +204,7 @@ class TestHuman36M:
 
     @pytest.mark.parametrize("unwrapped", UNWRAPPED)
     def test_unwrapping_changes_smoking(self, h36m_root, unwrapped):
-        (task,) = tasks.h36m_tasks(h36m_root, ("smoking",))
+        (task,) = Human36M().tasks(h36m_root, ("smoking",))
         record = evaluate.evaluate("zero-velocity", PREDICTORS["zero-velocity"], task, unwrapped=unwrapped)
         assert tuple(f"{record['npss'][name]:.3f}" for name in ("paper", "released")) == UNWRAPPED[unwrapped]
         assert f"unwrap:{unwrapped}" in record["signatures"]["paper"]
@@ -212,12 +212,12 @@ class TestHuman36M:
 
     @pytest.mark.parametrize("unwrapped", ["target", "seed"])
     def test_unwrapping_does_not_change_walking_and_eating(self, h36m_root, records, unwrapped):
-        for task in tasks.h36m_tasks(h36m_root, ("walking", "eating")):
+        for task in Human36M().tasks(h36m_root, ("walking", "eating")):
             record = evaluate.evaluate("zero-velocity", PREDICTORS["zero-velocity"], task, unwrapped=unwrapped)
             assert record["npss"]["paper"] == pytest.approx(records[task.action, "zero-velocity"]["npss"]["paper"])
 
     def test_dc_is_nearly_all_of_the_weight(self, h36m_root):
-        for task in tasks.h36m_tasks(h36m_root, ("walking", "eating", "smoking")):
+        for task in Human36M().tasks(h36m_root, ("walking", "eating", "smoking")):
             transform = np.fft.fft(npss.poses_to_euler(task.target), axis=1)
             for power in (np.square(np.abs(transform)), np.square(transform.real)):
                 assert 0.94 < power[:, 0].sum() / power.sum() < 0.985
@@ -237,7 +237,7 @@ class TestHuman36M:
 
     @pytest.mark.parametrize(("windows", "blocks", "left_out"), [("srnn-8", 6, 0), ("random-256", 13, 121)])
     def test_records_state_the_blocks_of_windows(self, h36m_root, windows, blocks, left_out):
-        (task,) = tasks.h36m_tasks(h36m_root, ["walking"], windows)
+        (task,) = Human36M().tasks(h36m_root, ["walking"], windows)
         record = evaluate.evaluate("zero-velocity", PREDICTORS["zero-velocity"], task, sequences=True)
         groups = json.loads(json.dumps(record))["sequences"]["groups"]
         assert len(set(groups) - {None}) == blocks

@@ -1,6 +1,5 @@
 """``npss-baselines sensitivity``: what a distortion does to motion, and what metrics say to it."""
 
-import argparse
 import json
 import re
 import sys
@@ -10,14 +9,21 @@ import numpy as np
 import pytest
 
 import npss
-from npss.console import run as run_command
 from npss.predictors import PREDICTORS
-from npss_baselines.commands import evaluate, sensitivity
-from npss_baselines.data import tasks
+from npss_baselines.__main__ import main
+from npss_baselines.commands import evaluate
+from npss_baselines.data import SOURCES
+from npss_baselines.data.human36m import Human36M
+from npss_baselines.data.synthetic import Synthetic, synthetic_task
+from npss_baselines.evaluation import sensitivity
 
 PAGE = Path(__file__).parents[3] / "docs" / "pictures.md"
 FRAMES = np.arange(100)
 METRICS = ("euler_error", *npss.CONVENTIONS)
+
+
+def synthetic_motion(n=64):
+    return sensitivity.motion_of(Synthetic(n), Path())
 
 
 def value(record, metric):
@@ -32,12 +38,12 @@ def curve(records, distortion, metric):
 
 @pytest.fixture(scope="module")
 def gait_records():
-    return sensitivity.study(sensitivity.synthetic_motion())
+    return sensitivity.study(synthetic_motion())
 
 
 @pytest.fixture(scope="module")
 def small():
-    return sensitivity.synthetic_motion(3)
+    return synthetic_motion(3)
 
 
 @pytest.fixture(scope="module")
@@ -121,13 +127,13 @@ def test_a_stride_is_found_where_half_a_stride_looks_alike(length):
 
 class TestRecords:
     def test_windows_are_those_of_evaluate(self):
-        task, motion = tasks.synthetic_task(), sensitivity.synthetic_motion()
+        task, motion = synthetic_task(), synthetic_motion()
         gt = npss.poses_to_euler(task.target)
         assert motion.protocol == task.protocol
         assert np.array_equal(motion.at([start + FRAMES for start in motion.starts]), gt)
 
     def test_zero_velocity_is_that_of_evaluate(self, gait_records):
-        record = evaluate.evaluate("", PREDICTORS["zero-velocity"], tasks.synthetic_task())
+        record = evaluate.evaluate("", PREDICTORS["zero-velocity"], synthetic_task())
         assert gait_records[0]["distortion"] == "zero-velocity"
         assert gait_records[0]["npss"] == record["npss"]
 
@@ -205,21 +211,19 @@ class TestClaims:
 
 @pytest.fixture(scope="module")
 def records(h36m_root):
-    return sensitivity.study(sensitivity.h36m_motion(h36m_root))
+    return sensitivity.study(sensitivity.motion_of(Human36M(), h36m_root))
 
 
 class TestCommand:
     @pytest.fixture(autouse=True)
     def quick(self, monkeypatch):
         monkeypatch.delenv("NPSS_H36M", raising=False)
-        monkeypatch.setattr(sensitivity, "synthetic_motion", lambda: SMALL)
+        monkeypatch.setitem(SOURCES, "synthetic", Synthetic(1))
 
     @pytest.fixture
     def run(self, capsys):
         def run(*arguments):
-            parser = argparse.ArgumentParser(prog="npss-baselines")
-            sensitivity.add_parser(parser.add_subparsers(required=True))
-            status = run_command(parser, ["sensitivity", *map(str, arguments)])
+            status = main(["sensitivity", *map(str, arguments)])
             return status, *capsys.readouterr()
 
         return run
@@ -278,10 +282,10 @@ class TestCommand:
     def test_data_must_be_named(self, run):
         status, out, err = run()
         assert (status, out) == (2, "")
-        assert "--h36m DIR names the folder of Human3.6M; --synthetic needs no data" in err
+        assert "--h36m DIR names the folder of Human3.6M's dataset/; --synthetic is a generated gait" in err
 
 
-SMALL = sensitivity.synthetic_motion(1)
+SMALL = synthetic_motion(1)
 
 # Computed by a program that shares nothing with npss or baselines: pandas, scipy's rotations and splines, numpy.fft.
 EULER_PAPER_RELEASED_LITERAL = {
@@ -307,7 +311,7 @@ SIGNATURES = {
 
 @pytest.fixture(scope="module")
 def windows(h36m_root):
-    motion = sensitivity.h36m_motion(h36m_root)
+    motion = sensitivity.motion_of(Human36M(), h36m_root)
     return motion.at([start + FRAMES for start in motion.starts])
 
 
@@ -319,7 +323,7 @@ class TestWalking:
             assert found[place]["signatures"] == SIGNATURES
 
     def test_strides(self, h36m_root):
-        motion = sensitivity.h36m_motion(h36m_root)
+        motion = sensitivity.motion_of(Human36M(), h36m_root)
         around = [clip[start - 50 : start + 150] for clip, start in zip(motion.clips, motion.starts, strict=True)]
         assert [sensitivity.stride(clip) for clip in around] == [35, 36, 37, 39, 37, 39, 35, 38]
 
@@ -349,7 +353,7 @@ class TestWalking:
         assert round(npss.score(windows, around, convention="released"), 2) == 0.38
 
     def test_the_cumulation_is_what_forgives_a_tempo(self, h36m_root, windows):
-        preds = {(name, s): p for name, s, _, p in sensitivity.distorted(sensitivity.h36m_motion(h36m_root))}
+        preds = {(name, s): p for name, s, _, p in sensitivity.distorted(sensitivity.motion_of(Human36M(), h36m_root))}
         slow, still = (
             npss.score(windows, preds[place], convention=npss.Convention(distance="spectrum"))
             for place in (("tempo", 0.7), ("zero-velocity", 0))

@@ -280,13 +280,13 @@ class TestLengths:
 
     def test_validation_and_sensitivity_look_at_it_too(self, made):
         pytest.importorskip("torch")
-        from npss_baselines.commands.sensitivity import h36m_motion
-        from npss_baselines.data.windows import h36m_validation
+        from npss_baselines.data.human36m import Human36M
+        from npss_baselines.evaluation.sensitivity import motion_of
 
         with pytest.raises(ValueError, match="173 frames at 25 frames per second, expected 1500"):
-            h36m_motion(made)
+            motion_of(Human36M(), made)
         with pytest.raises(ValueError, match="173 frames at 25 frames per second, expected 1500"):
-            h36m_validation(h36m.open_root(made), ["walking"])
+            Human36M().validation_tasks(made, ["walking"])
 
     def test_where_it_is_not_known_that_is_said(self, made):
         message = r"S5.waiting_[12].txt: how long it is to be is not known, so not checked"

@@ -1,6 +1,7 @@
 """Batches and validation windows: what is drawn, from where, and that no test frame is among it."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from scipy import stats
 
 from npss.protocol import COLUMNS, TEST_SUBJECT, normalization, srnn_windows
 from npss_baselines.data import h36m, windows
-from npss_baselines.data.tasks import synthetic_task
+from npss_baselines.data.human36m import Human36M
+from npss_baselines.data.synthetic import synthetic_task, synthetic_training_set, synthetic_validation
 from npss_baselines.data.windows import Batches, TrainingClip, TrainingSet
 
 
@@ -21,7 +23,7 @@ def marked(lengths, n_actions=2):
         poses = np.zeros((length, 54), np.float32)
         poses[:, 0], poses[:, 1] = i, np.arange(length)
         clips.append(TrainingClip(f"S1/clip_{i}.txt", i % n_actions, poses))
-    return TrainingSet(tuple("ab"[:n_actions]), tuple(clips), windows.synthetic_training_set(2, 20).normalization)
+    return TrainingSet(tuple("ab"[:n_actions]), tuple(clips), synthetic_training_set(2, 20).normalization)
 
 
 @given(
@@ -99,8 +101,8 @@ def test_bad_numbers_are_refused(wrong, error, message):
 
 
 def test_synthetic_walkers_to_train_on_are_not_those_to_choose_or_test_by():
-    training_set = windows.synthetic_training_set()
-    (task,) = windows.synthetic_validation()
+    training_set = synthetic_training_set()
+    (task,) = synthetic_validation()
     assert training_set.actions == (task.action,) == (synthetic_task().action,)
     assert training_set.normalization.columns == COLUMNS
     rows = np.concatenate([clip.poses for clip in training_set.clips])
@@ -113,13 +115,13 @@ def test_synthetic_walkers_to_train_on_are_not_those_to_choose_or_test_by():
     ]
     together = np.concatenate(firsts)[:, COLUMNS].round(3)
     assert len(np.unique(together, axis=0)) == len(together)
-    again = windows.synthetic_training_set()
+    again = synthetic_training_set()
     assert all(np.array_equal(a.poses, b.poses) for a, b in zip(training_set.clips, again.clips, strict=True))
 
 
 @given(seed=st.integers(0, 10**6))
 def test_normalised_poses_come_back(seed):
-    statistics = windows.synthetic_training_set(2, 20).normalization
+    statistics = synthetic_training_set(2, 20).normalization
     poses = np.random.default_rng(seed).normal(size=(3, 4, 99))
     back = statistics.unnormalize(statistics.normalize(poses))
     kept = list(COLUMNS)
@@ -131,7 +133,7 @@ def test_normalised_poses_come_back(seed):
 def test_clips_in_which_other_columns_vary_are_refused():
     still = np.zeros((30, 99))
     with pytest.raises(ValueError, match=r"^clips: 1 columns vary, not the 54 that models take"):
-        windows._training_set(["a"], {"a_1": still}, {"a_1": "a"}, [still + np.eye(1, 99) * np.arange(30)[:, None]])
+        windows.training_set_of(["a"], [("a_1", "a", still + np.eye(1, 99) * np.arange(30)[:, None])])
 
 
 @given(lengths=st.tuples(st.integers(167, 3000), st.integers(167, 3000)))
@@ -155,8 +157,7 @@ def test_no_frame_of_a_validation_window_is_in_a_test_window(lengths):
 
 
 def test_real_training_clips(h36m_root):
-    data = h36m.open_root(h36m_root)
-    training_set = windows.h36m_training_set(data, ["eating", "walking"], subjects=[11, 1])
+    training_set = Human36M().training_set(h36m_root, ["eating", "walking"], subjects=[11, 1])
     assert [(clip.name, clip.action) for clip in training_set.clips] == [
         *((f"S11/{action}_{i}.txt", label) for label, action in enumerate(("eating", "walking")) for i in (1, 2)),
         *((f"S1/{action}_{i}.txt", label) for label, action in enumerate(("eating", "walking")) for i in (1, 2)),
@@ -176,7 +177,7 @@ def test_real_training_clips(h36m_root):
 
 def test_real_validation_windows_share_no_frame_with_test_windows(h36m_root):
     data = h36m.open_root(h36m_root)
-    tasks = windows.h36m_validation(data, ["walking", "eating", "smoking"])
+    tasks = Human36M().validation_tasks(h36m_root, ["walking", "eating", "smoking"])
     assert [(task.action, len(task.seed_frames)) for task in tasks] == [
         ("walking", 28),
         ("eating", 48),
@@ -195,14 +196,14 @@ def test_real_validation_windows_share_no_frame_with_test_windows(h36m_root):
 
 def test_an_action_without_room_for_validation_is_named(monkeypatch):
     clip = np.zeros((180, 99), np.float32)
-    monkeypatch.setattr(h36m, "load_test_clips", lambda *_: [clip, clip])
+    monkeypatch.setattr(Human36M, "test_clips", lambda *_, **__: [clip, clip])
     with pytest.raises(ValueError, match=r"^actions: the test windows of posing leave no room"):
-        windows.h36m_validation(None, ["posing"])
+        Human36M().validation_tasks(Path(), ["posing"])
 
 
 def test_statistics_are_those_of_the_protocol(h36m_root):
     data = h36m.open_root(h36m_root)
     of_protocol = normalization(h36m.training_clips(data, ["walking"]).values())
-    mine = windows.h36m_training_set(data, ["walking"]).normalization
+    mine = Human36M().training_set(h36m_root, ["walking"]).normalization
     assert np.array_equal(mine.mean, of_protocol.mean)
     assert np.array_equal(mine.std, of_protocol.std)

@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from npss.skeleton import Skeleton
 from npss_baselines.data.h36m import load, open_root
-from npss_baselines.data.human36m import joints_of_poses
-from npss_baselines.data.motion import JOINTS
+from npss_baselines.data.motion import JOINTS, joints_of_poses
 from npss_baselines.data.synthetic import synthetic_clips
 from npss_baselines.manifold.motion.bones import normalise_lengths
 from npss_baselines.manifold.motion.features import ACROSS, FPS, local_positions, to_features, to_positions

@@ -11,9 +11,8 @@ from npss.metrics import register
 from npss.ranking._submissions import records_of
 from npss_baselines.__main__ import main
 from npss_baselines.commands.leaderboard import submit
-from npss_baselines.data.human36m import joints_of_poses
-from npss_baselines.data.motion import Clip
-from npss_baselines.data.tasks import synthetic_task
+from npss_baselines.data.motion import Clip, joints_of_poses
+from npss_baselines.data.synthetic import synthetic_task
 from npss_baselines.manifold.applications.distance import metric_of
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
 from npss_baselines.manifold.motion.dataset import prepare

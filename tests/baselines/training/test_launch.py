@@ -20,7 +20,8 @@ from npss.console import _progress
 from npss.extras import install_hint
 from npss_baselines.commands import arguments, train
 from npss_baselines.commands import train_manifold as train_command
-from npss_baselines.data import h36m, windows
+from npss_baselines.data import h36m
+from npss_baselines.data.synthetic import synthetic_training_set, synthetic_validation
 from npss_baselines.manifold.motion import prepared
 from npss_baselines.manifold.motion.prepared import motion_set
 from npss_baselines.manifold.training import config as manifold_config
@@ -219,7 +220,7 @@ def test_one_process_trains_whatever_the_environment_says(tmp_path, cluster, nam
     expected = trained(tmp_path / "alone", configured("--iterations", "2"))
     cluster(name)
     (tmp_path / "run").mkdir()
-    data = windows.synthetic_training_set(3, 60), windows.synthetic_validation(2)
+    data = synthetic_training_set(3, 60), synthetic_validation(2)
     assert trainer.train(configured("--iterations", "2"), *data, tmp_path / "run", tensorboard=True) == expected
     assert list((tmp_path / "run" / "tensorboard").iterdir())  # which others than the first of a job do not write
 
@@ -341,8 +342,8 @@ def test_a_run_knows_its_data(tmp_path, capsys, monkeypatch):
         asked.append(root)
         if not root.exists():
             raise FileNotFoundError(f"no Human3.6M in {root}")
-        (task,) = windows.synthetic_validation(2)
-        return windows.synthetic_training_set(3, 60), [task._replace(action="walking")]
+        (task,) = synthetic_validation(2)
+        return synthetic_training_set(3, 60), [task._replace(action="walking")]
 
     monkeypatch.setattr(train, "data_of", data_of)
     monkeypatch.delenv("NPSS_H36M", raising=False)
@@ -372,9 +373,9 @@ def test_a_run_knows_its_data(tmp_path, capsys, monkeypatch):
 
 
 def test_a_run_does_not_go_on_with_other_motion(tmp_path):
-    trained(tmp_path, configured("--iterations", "1"), windows.synthetic_training_set(3, 60))
+    trained(tmp_path, configured("--iterations", "1"), synthetic_training_set(3, 60))
     with pytest.raises(ValueError, match=r"^--resume: .* was trained on other motion than there is now$"):
-        trained(tmp_path, configured("--iterations", "2"), windows.synthetic_training_set(3, 61))
+        trained(tmp_path, configured("--iterations", "2"), synthetic_training_set(3, 61))
 
 
 def test_several_runs_go_on_by_the_whole_command(tmp_path, capsys, signalled):

@@ -17,7 +17,7 @@ from npss.ranking._results import results_of_record
 from npss.records import measure
 from npss_baselines.__main__ import main
 from npss_baselines.commands.evaluate import by_name
-from npss_baselines.data.tasks import synthetic_task
+from npss_baselines.data.synthetic import synthetic_task
 from npss_baselines.evaluation.draws import over_draws
 
 

@@ -26,7 +26,8 @@ from npss.protocol import ACTIONS, COLUMNS, SLICES_MS, TRAIN_SUBJECTS
 from npss_baselines.commands import arguments
 from npss_baselines.commands.evaluate import evaluate
 from npss_baselines.data import windows
-from npss_baselines.data.tasks import h36m_tasks, synthetic_task
+from npss_baselines.data.human36m import Human36M
+from npss_baselines.data.synthetic import synthetic_task, synthetic_training_set, synthetic_validation
 from npss_baselines.evaluation.draws import evaluate_run
 from npss_baselines.models import MODELS
 from npss_baselines.runs import config, folder, launch, metrics, weights
@@ -86,7 +87,7 @@ def trained_together(out, configurations, device="cpu"):
         folder = out / str(i)
         folder.mkdir(parents=True, exist_ok=True)
         config.write(folder / config.FILE, configuration, device)
-        together.append((configuration, windows.synthetic_training_set(3, 60), windows.synthetic_validation(2), folder))
+        together.append((configuration, synthetic_training_set(3, 60), synthetic_validation(2), folder))
     return trainer.train_together(together, out, device=device)
 
 
@@ -174,7 +175,7 @@ def test_on_a_gpu_each_is_as_it_would_be_alone_and_resumed(tmp_path, monkeypatch
     small = spec.config if name == "tiny" else replace(spec.config, n_units=16)
     several = [replace(configured(), name=name, model=small, recipe=recipe, seed=seed) for seed in (5, 6, 7)]
     rows = trained_together(tmp_path / "together", several, "cuda")
-    training_set = windows.synthetic_training_set(3, 60), windows.synthetic_validation(2)
+    training_set = synthetic_training_set(3, 60), synthetic_validation(2)
     for i, configuration in enumerate(several):
         (tmp_path / str(i)).mkdir()
         alone = trainer.train(configuration, *training_set, tmp_path / str(i), device="cuda")
@@ -214,7 +215,7 @@ def test_training_is_the_plain_loop(tmp_path, optimizer):
     """Against a loop written out: seeds, batches, loss, clipping, learning rate, moving average."""
     recipe = replace(RECIPE, optimizer=optimizer, momentum=0.9)
     configuration = replace(configured("--seed", "7"), recipe=recipe, select="last", average=0.8)
-    training_set = windows.synthetic_training_set(3, 60)
+    training_set = synthetic_training_set(3, 60)
     before = torch.get_rng_state()
     rows = trained(tmp_path, configuration, training_set)
     assert torch.equal(torch.get_rng_state(), before)  # torch's global generator is as it was
@@ -258,7 +259,7 @@ def test_another_seed_is_another_run(tmp_path):
 
 
 def test_a_model_can_learn_a_window_by_heart(tmp_path):
-    training_set = windows.synthetic_training_set(2, 500)
+    training_set = synthetic_training_set(2, 500)
     clip = training_set.clips[0]
     one = replace(training_set, clips=(clip._replace(poses=clip.poses[: windows.FIRST + 7]),))
     recipe = replace(RECIPE, iterations=100, n_seed=3, n_target=3, optimizer="adam", lr=2e-2, lr_milestones=(), batch=1)
@@ -297,7 +298,7 @@ def test_the_weights_that_are_kept_are_the_best(tmp_path, select, average):
     with (tmp_path / metrics.FILE).open(encoding="utf-8") as file:
         assert [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)] == rows
     # Measured anew, from the files.
-    (task,) = windows.synthetic_validation(2)
+    (task,) = synthetic_validation(2)
     pred = folder.load(tmp_path).predictor("gait", seed=0)(task.seed_frames, 100)
     gt, pred = npss.poses_to_euler(task.target), npss.poses_to_euler(pred)
     assert expected["npss_released"] == npss.score(gt, pred, convention="released")
@@ -312,7 +313,7 @@ def test_the_weights_that_are_kept_are_the_best(tmp_path, select, average):
 
 
 def test_several_actions_count_alike():
-    tasks = [task for n in (2, 3) for task in windows.synthetic_validation(n)]
+    tasks = [task for n in (2, 3) for task in synthetic_validation(n)]
     alone = [validation.measure([zero_velocity], [task]) for task in tasks]
     both = validation.measure([zero_velocity] * 2, tasks)
     assert both == {name: pytest.approx((alone[0][name] + alone[1][name]) / 2) for name in alone[0]}
@@ -328,7 +329,7 @@ def run(tmp_path):
 
 
 def test_a_run_is_a_predictor(run):
-    (task,) = windows.synthetic_validation(3)
+    (task,) = synthetic_validation(3)
     before = torch.get_rng_state()
     predictor = folder.predictor_of(run, "gait", seed=5)
     first, second = predictor(task.seed_frames, 7), predictor(task.seed_frames, 7)
@@ -379,7 +380,7 @@ def test_numbers_over_draws_are_means_with_their_spread(run):
 
 def test_a_predictor_leaves_the_mode_of_the_model(run):
     model, statistics = folder.load(run).model, folder.load(run).normalization
-    (task,) = windows.synthetic_validation(1)
+    (task,) = synthetic_validation(1)
     for mode in (True, False):
         model.train(mode)
         ModelPredictor(model, statistics, 0, np.random.default_rng(0))(task.seed_frames, 2)
@@ -388,7 +389,7 @@ def test_a_predictor_leaves_the_mode_of_the_model(run):
 
 def test_what_cannot_be_predicted(run):
     predictor = folder.predictor_of(run, "gait", seed=0)
-    seed = windows.synthetic_validation(1)[0].seed_frames
+    seed = synthetic_validation(1)[0].seed_frames
     with pytest.raises(ValueError, match=r"^action: this model was trained on gait, not on 'walking'"):
         folder.predictor_of(run, "walking", seed=0)
     with pytest.raises(ValueError, match=r"^seed_frames: expected shape \(N, S, 99\), got \(50, 99\)"):
@@ -694,7 +695,7 @@ def test_what_commands_refuse(run, tmp_path, capsys, monkeypatch):
     for wrong, message in (
         (
             ["train", "tiny", "--out", tmp_path / "new"],
-            "--h36m DIR names the folder of Human3.6M; --data synthetic nee",
+            "--h36m DIR names the folder of Human3.6M's dataset/; --data synthetic is a generated gait",
         ),
         (
             ["predict", tmp_path / "nowhere", "--out", "x.h5"],
@@ -706,7 +707,7 @@ def test_what_commands_refuse(run, tmp_path, capsys, monkeypatch):
         ),
         (["predict", run, "--out", tmp_path / "x.mat"], "--out: expected a .h5, .hdf5 or .npz file, got"),
         (["predict", run, "--out", tmp_path / "x.h5", "--seed", -1], "seed: expected a whole number from 0 on, got -1"),
-        (["predict", run, "--out", tmp_path / "x.h5", "--actions", "eating"], "--h36m DIR names the folder"),
+        (["predict", run, "--out", tmp_path / "x.h5", "--actions", "eating"], "action: expected one of gait"),
     ):
         assert command(*wrong) == 2
         assert message in capsys.readouterr().err
@@ -743,7 +744,7 @@ def test_real_motion(h36m_root, tmp_path, capsys):
     assert command("predict", out, "--h36m", h36m_root, "--out", file) == 0
     pairs = {pair.name: pair for pair in read_poses(file)}
     assert {name: pair.pred.shape for name, pair in pairs.items()} == dict.fromkeys(("eating", "walking"), (8, 100, 99))
-    tasks = {task.action: task for task in h36m_tasks(h36m_root, ["eating", "walking"])}
+    tasks = {task.action: task for task in Human36M().tasks(h36m_root, ["eating", "walking"])}
     assert all(np.array_equal(pairs[name].gt, task.target) for name, task in tasks.items())
     walking = folder.predictor_of(out, "walking", seed=0)(tasks["walking"].seed_frames, 100)
     assert np.array_equal(pairs["walking"].pred, walking)

@@ -213,9 +213,9 @@ def test_the_eight_windows_in_chains_are_rarely_told_apart(pairs, phi):
 
 
 def test_of_real_windows(h36m_root):
-    from npss_baselines.data.tasks import h36m_tasks
+    from npss_baselines.data.human36m import Human36M
 
-    (task,) = h36m_tasks(h36m_root, ["walking"], "random-256")
+    (task,) = Human36M().tasks(h36m_root, ["walking"], "random-256")
     assert task.groups == window_blocks("random-256", TEST_LENGTHS["walking"])
     assert str(Blocks(task.groups, np.ones(256))) == "13 blocks, 121 of 256 sequences in none"
     # The windows of a block are from one stretch of 200 frames: where labels are equal, so are frames that both hold.

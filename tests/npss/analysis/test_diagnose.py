@@ -23,7 +23,7 @@ from npss.rotations import (
 )
 from npss.skeleton import poses_to_positions
 from npss_baselines.data import h36m
-from npss_baselines.data.tasks import h36m_tasks
+from npss_baselines.data.human36m import Human36M
 
 NAMES = (
     *("wrap", "gimbal-flip", "quaternion-sign", "hemisphere", "constant", "shift", "context", "padding"),
@@ -123,7 +123,7 @@ def test_huge_values_are_in_no_trap_and_overflow_nothing(size):
 
 @pytest.mark.parametrize("action", ["walking", "eating"])
 def test_human36m(h36m_root, action):
-    (task,) = h36m_tasks(h36m_root, (action,))
+    (task,) = Human36M().tasks(h36m_root, (action,))
     gt = npss.poses_to_euler(task.target)
     (finding,) = find(gt, gt)
     assert (finding.trap, finding.argument, finding.count) == ("powerless", "gt", 51)
@@ -140,7 +140,7 @@ def test_human36m(h36m_root, action):
 
 
 def test_human36m_smoking_wraps(h36m_root):
-    (task,) = h36m_tasks(h36m_root, ("smoking",))
+    (task,) = Human36M().tasks(h36m_root, ("smoking",))
     gt = npss.poses_to_euler(task.target)
     found = {f"{finding.argument} {finding.trap}": finding for finding in find(gt, npss.unwrap(gt))}
     assert set(found) - {"pred context"} == {"gt wrap", "gt gimbal-flip", "pred gimbal-flip", "gt powerless"}

@@ -126,9 +126,9 @@ def test_values_beyond_float64_warn_of_nothing():
 
 def test_copies_of_real_motion(h36m_root):
     """Also where expmap becomes Euler angles near a pole, which makes rounding large."""
-    from npss_baselines.data.tasks import h36m_tasks
+    from npss_baselines.data.human36m import Human36M
 
-    for task in h36m_tasks(h36m_root, ("walking", "walkingtogether", "purchases"), "random-256"):
+    for task in Human36M().tasks(h36m_root, ("walking", "walkingtogether", "purchases"), "random-256"):
         one = fingerprint(npss.poses_to_euler(task.target))
         single = task.target.astype(np.float32)
         for other in (npss.poses_to_euler(single), npss.poses_to_euler(task.target).astype(np.float32)):

@@ -233,7 +233,7 @@ class TestScores:
     def test_records_as_evaluate_prints_them(self, call, tmp_path):
         from npss.predictors import PREDICTORS
         from npss_baselines.commands.evaluate import evaluate
-        from npss_baselines.data.tasks import synthetic_task
+        from npss_baselines.data.synthetic import synthetic_task
 
         task = synthetic_task(2)
         measured = [evaluate(name, PREDICTORS[name], task) for name in ("zero-velocity", "repeat-50")]

@@ -542,7 +542,7 @@ class TestCommands:
 
     def test_baselines_and_files_on_the_same_windows(self, capsys, tmp_path):
         from npss_baselines.__main__ import main as baselines
-        from npss_baselines.data.tasks import synthetic_task
+        from npss_baselines.data.synthetic import synthetic_task
 
         task = synthetic_task()
         file = write(tmp_path / "perfect.npz", task.target, {"gait": task.target, "other": task.target})
@@ -556,7 +556,7 @@ class TestCommands:
 
     def test_files_of_other_windows(self, capsys, tmp_path):
         from npss_baselines.__main__ import main as baselines
-        from npss_baselines.data.tasks import synthetic_task
+        from npss_baselines.data.synthetic import synthetic_task
 
         target = synthetic_task().target
         moved = write(tmp_path / "moved.npz", target + 0.1, {"gait": target})

@@ -249,6 +249,6 @@ def configuration_of(
     try:
         parsed = parser.instantiate(parse())
     except argparse.ArgumentError as error:
-        raise ValueError(f"{error}{there_are(parser, str(error))}") from None
+        raise ValueError(f"{error}{there_are(parser.get_defaults().keys(), str(error))}") from None
     names = [field.name for field in fields(Configuration) if field.name not in ("name", "quick", "data")]
     return replace(default, **{name: parsed[name] for name in names})

@@ -1,0 +1,250 @@
+"""What a data set is to the commands: one object, which names the option for its files and reads motion from them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from npss.protocol import FPS, Window
+from npss.records import Groups
+from npss.validation import one_of
+from npss_baselines.data.motion import Clip, joints_of_poses
+from npss_baselines.data.tasks import N_SEED, N_TARGET, Task, task_of
+from npss_baselines.data.windows import TrainingSet, training_set_of
+
+Poses = npt.NDArray[np.floating[Any]]
+
+#: Recordings of each subject that `PoseSource.clips` reads if it is to be quick.
+QUICK = 2
+
+
+class Source(ABC):
+    """A data set as positions of joints: motion for the manifold.
+
+    Attributes
+    ----------
+    name : str
+        In configurations, and of the clips: lower-case letters, digits and hyphens.
+    description : str
+        For help texts: what the option names, such as ``"the folder of our walks"``; of generated motion, what it is.
+    generated : bool
+        Whether it needs no files. Then its option is a flag.
+    environment : str
+        The environment variable that names the folder by default; empty: none does.
+    y_up : bool
+        Whether y is known to be up. Where it is not, the manifold's preparation estimates what is.
+    test_subjects, validation_subjects : tuple
+        Subjects that are held out, and those on which weights are chosen.
+    """
+
+    name: str
+    description: str
+    generated: bool = False
+    environment: str = ""
+    y_up: bool = True
+    test_subjects: tuple[Any, ...] = ()
+    validation_subjects: tuple[Any, ...] = ()
+
+    @property
+    def option(self) -> str:
+        """The option of the command line, without hyphens before it; by default the name."""
+        return self.name
+
+    @property
+    def vocabulary(self) -> str:
+        """Whose labels these are: clips of sources with the same vocabulary are compared; by default the name."""
+        return self.name
+
+    def subject(self, subject: object) -> str:
+        """Return the name of a subject that no other source has, as `Clip.subject` holds it."""
+        return f"{self.name}/{subject}"
+
+    def label(self, description: str) -> str:
+        """Return the action that a clip's description states, ``""`` if none; by default, the description is one."""
+        return description
+
+    @abstractmethod
+    def clips(
+        self,
+        folder: Path,
+        *,
+        quick: bool = False,
+        cache: Path | None = None,
+        progress: Callable[[float], None] = lambda share: None,
+    ) -> Iterator[Clip]:
+        """Read all clips, each when it is asked for.
+
+        Parameters
+        ----------
+        folder : Path
+            The data set's; generated motion needs none.
+        quick : bool, optional
+            Read a small part, to try things.
+        cache : Path, optional
+            A folder to keep files in that are faster to read; it may not exist yet.
+        progress : callable, optional
+            Called with the share that has been read.
+        """
+
+
+class Recording(NamedTuple):
+    """One recording of a `PoseSource`."""
+
+    name: str
+    subject: Any
+    action: str
+    poses: Poses  # (T, 99)
+
+
+class PoseSource(Source):
+    """A data set as poses in the layout of Human3.6M: motion for models to predict, and for the manifold.
+
+    A pose has 99 columns: the displacement and the turn of the root since the frame before, then exponential maps in
+    radians of the joints of `npss.skeleton.H36M`. A subclass needs the attributes below and `recordings`; from these
+    follow its windows, which it may override.
+
+    Attributes
+    ----------
+    actions : tuple of str
+        All actions.
+    train_subjects : tuple
+        Subjects to train on; none of `test_subjects`.
+    fps : int
+        Frames per second of the recordings, a multiple of 25. Windows are at 25.
+    """
+
+    actions: tuple[str, ...]
+    train_subjects: tuple[Any, ...] = ()
+    fps: int = FPS
+
+    @property
+    def default_actions(self) -> tuple[str, ...]:
+        """The actions to evaluate by default, the first of which is trained on by default."""
+        return self.actions
+
+    @property
+    def protocols(self) -> tuple[str, ...]:
+        """The names of the sets of test windows, as signatures state them; the first is the default."""
+        return (f"{self.name}-all",)
+
+    @abstractmethod
+    def recordings(
+        self, folder: Path, *, actions: Sequence[str], subjects: Sequence[Any], cache: Path | None = None
+    ) -> Iterable[Recording]:
+        """Read the recordings of some actions and subjects, subject by subject."""
+
+    def training_set(
+        self, folder: Path, actions: Sequence[str], *, subjects: Sequence[Any] | None = None, cache: Path | None = None
+    ) -> TrainingSet:
+        """Read what a model is trained on; poses are normalised by the statistics of all frames of the recordings.
+
+        Parameters
+        ----------
+        folder : Path
+            The data set's; generated motion needs none.
+        actions : sequence of str
+            In the order of the label.
+        subjects : sequence, optional
+            Of `train_subjects`; by default, all.
+        cache : Path, optional
+            As of `clips`.
+
+        Raises
+        ------
+        TypeError, ValueError, FileNotFoundError
+            As `recordings`; or if other columns vary than in Human3.6M.
+        """
+        chosen = self.train_subjects if subjects is None else subjects
+        found = self.recordings(folder, actions=actions, subjects=chosen, cache=cache)
+        return training_set_of(actions, ((clip.name, clip.action, clip.poses) for clip in found), every=self.fps // FPS)
+
+    def validation_tasks(self, folder: Path, actions: Sequence[str], *, cache: Path | None = None) -> list[Task]:
+        """Read the windows on which a checkpoint is chosen: by default, those of the validation subjects."""
+        clips = {action: self._clips_of(folder, action, self.validation_subjects, cache) for action in actions}
+        return [self._task(action, f"{self.name}-validation", clips[action]) for action in actions]
+
+    def test_clips(self, folder: Path, action: str, *, cache: Path | None = None) -> list[Poses]:
+        """Read the clips ``(T, 99)`` of an action that test windows are cut from, at 25 frames per second."""
+        return self._clips_of(folder, action, self.test_subjects, cache)
+
+    def windows(self, protocol: str, lengths: Sequence[int]) -> tuple[Window, ...]:
+        """Return the windows in clips of some lengths: by default side by side, with two seconds of motion behind each.
+
+        ``npss-baselines sensitivity`` reads what is behind a window.
+        """
+        length = N_SEED + N_TARGET
+        return tuple(
+            Window(clip, start, N_SEED, N_TARGET)
+            for clip, n_frames in enumerate(lengths)
+            for start in range(0, n_frames - length - N_SEED + 1, length)
+        )
+
+    def blocks(self, protocol: str, action: str, windows: Sequence[Window]) -> Groups:
+        """Return the block of each window: those of one depend on each other. By default a clip is a block."""
+        return tuple(window.clip for window in windows)
+
+    def tasks(
+        self,
+        folder: Path,
+        actions: Sequence[str] = (),
+        protocol: str | None = None,
+        *,
+        cache: Path | None = None,
+    ) -> Iterator[Task]:
+        """Yield the test windows of some actions.
+
+        Parameters
+        ----------
+        folder : Path
+            The data set's; generated motion needs none.
+        actions : sequence of str, optional
+            By default, `default_actions`.
+        protocol : str, optional
+            One of `protocols`; by default, the first.
+        cache : Path, optional
+            As of `clips`.
+
+        Raises
+        ------
+        TypeError, ValueError, FileNotFoundError
+            As `test_clips`; or if there is no such action, protocol or window.
+        """
+        protocol = self.protocols[0] if protocol is None else protocol
+        one_of("windows", protocol, self.protocols)
+        for action in actions or self.default_actions:
+            one_of("action", action, self.actions)
+            yield self._task(action, protocol, self.test_clips(folder, action, cache=cache))
+
+    def clips(
+        self,
+        folder: Path,
+        *,
+        quick: bool = False,
+        cache: Path | None = None,
+        progress: Callable[[float], None] = lambda share: None,
+    ) -> Iterator[Clip]:
+        """Compute the positions of joints from the poses of all subjects; quick, of the first recordings of each."""
+        subjects = dict.fromkeys((*self.train_subjects, *self.validation_subjects, *self.test_subjects))
+        for done, subject in enumerate(subjects, 1):
+            found = self.recordings(folder, actions=self.actions, subjects=[subject], cache=cache)
+            for name, _, action, poses in islice(found, QUICK if quick else None):
+                yield Clip(name, self.name, self.subject(subject), action, self.fps, joints_of_poses(poses))
+            progress(done / len(subjects))
+
+    def _clips_of(self, folder: Path, action: str, subjects: Sequence[Any], cache: Path | None) -> list[Poses]:
+        """Read the recordings of an action, at 25 frames per second."""
+        found = self.recordings(folder, actions=[action], subjects=subjects, cache=cache)
+        return [recording.poses[:: self.fps // FPS] for recording in found]
+
+    def _task(self, action: str, protocol: str, clips: Sequence[Poses]) -> Task:
+        """Cut clips into windows, in float64: reference numbers are computed in it throughout."""
+        windows = self.windows(protocol, [len(clip) for clip in clips])
+        if not windows:
+            raise ValueError(f"{self.name}: no clip of {action} is long enough for a window")
+        return task_of(action, protocol, clips, windows, self.blocks(protocol, action, windows))
