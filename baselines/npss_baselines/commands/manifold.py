@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from npss.files import doing, write_figure_atomically
 from npss.ranking import names_of_paths
+from npss_baselines.commands.sources import add_folder_options, folders_of
+from npss_baselines.data import SOURCES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,12 +67,7 @@ def _add(applications: Any, name: str, what: str, run: Any, *, several: bool = F
         name, help=what, description=what[0].upper() + what[1:] + "."
     )
     parser.add_argument("runs", nargs="+" if several else 1, type=Path, metavar="RUN", help="the folder of a run")
-    for option, where in (
-        ("--cmu", "CMU's clips: NN/NN_NN.bvh and clips.csv"),
-        ("--styles", "more of CMU's dances and martial arts"),
-        ("--h36m", "Human3.6M's dataset/"),
-    ):
-        parser.add_argument(option, type=Path, metavar="DIR", help=f"the folder of {where}")
+    add_folder_options(parser, SOURCES.values(), environment=False)
     parser.add_argument(
         "--cache", type=Path, metavar="DIR", help="keep prepared motion there, to load faster next time"
     )
@@ -192,7 +189,7 @@ def _testbed(options: argparse.Namespace) -> Testbed:
 
     runs = {"manifold": options.runs[0]} if len(options.runs) == 1 else names_of_paths(options.runs, taken=RESERVED)
     manifolds = {name: load(run).projector for name, run in runs.items()}
-    motions = motion_set(options.cmu, options.styles, options.h36m, cache=options.cache, quick=options.quick)
+    motions = motion_set(folders_of(options), cache=options.cache, quick=options.quick)
     return Testbed(motions, manifolds, options.seed)
 
 

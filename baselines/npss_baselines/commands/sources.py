@@ -11,11 +11,17 @@ from npss_baselines.data import SOURCES, PoseSource, Source, pose_sources
 from npss_baselines.data.tasks import Task
 
 
-def add_folder_options(parser: argparse._ActionsContainer, sources: Iterable[Source]) -> None:
-    """Add an option for the folder of each source that has one; see `from_environment` for its default."""
+def add_folder_options(
+    parser: argparse._ActionsContainer, sources: Iterable[Source], *, environment: bool = True
+) -> None:
+    """Add an option for the folder of each source that has one, which is by default that of its environment variable.
+
+    Without `environment`, it has no default.
+    """
     for source in sources:
         if not source.generated:
-            default = f" (default: the environment variable {source.environment})" if source.environment else ""
+            variable = source.environment if environment else ""
+            default = f" (default: the environment variable {variable})" if variable else ""
             parser.add_argument(
                 f"--{source.option}", dest=source.option, type=Path, metavar="DIR", help=source.description + default
             )

@@ -11,6 +11,8 @@ from typing import TypeVar
 
 from npss.console import add_plugin
 from npss_baselines.commands.arguments import file_of, not_in_configuration, refuse_changes
+from npss_baselines.commands.sources import add_folder_options, folders_of
+from npss_baselines.data import SOURCES
 from npss_baselines.manifold.model.projector import Projector
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.features import local_positions
@@ -22,8 +24,6 @@ from npss_baselines.manifold.training.config import FILE, Configuration
 from npss_baselines.manifold.training.recipe import RECIPES
 from npss_baselines.runs import launch, weights
 from npss_baselines.runs.config import paths_of
-
-_SOURCES = ("cmu", "styles", "h36m")
 
 Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
 
@@ -44,11 +44,11 @@ def run(arguments: Sequence[str]) -> None:
     configuration, options = parse(arguments)
     device = launch.device_of(options.device)
     before = launch.begun([options.out])
-    paths, recorded_in = _paths(options)
+    folders, recorded_in = _folders(options)
     with ExitStack() as stack:
-        for name, root in paths.items():
-            stack.enter_context(launch.moved(name, root, recorded_in.get(name)))
-        motion = motion_set(**paths, cache=options.cache, quick=configuration.quick)
+        for name, root in folders.items():
+            stack.enter_context(launch.moved(SOURCES[name].option, root, recorded_in.get(name)))
+        motion = motion_set(folders, cache=options.cache, quick=configuration.quick)
     training_set, validation_set, test_set = split(motion)
     data = config.data_of(training_set)
     if configuration.data.digest not in ("", data.digest):
@@ -64,7 +64,9 @@ def run(arguments: Sequence[str]) -> None:
     )
     resuming = ["train", "manifold", "--resume", "--out", str(options.out), *not_in_configuration(options)]
     with launch.going_on([options.out], resuming), launch.folders_alone(options.out, [options.out], before):
-        config.write(options.out / FILE, configuration, device, paths)
+        paths = {SOURCES[name].option: root for name, root in folders.items()}
+        plugins = {SOURCES.plugin(name) for name in folders} - {None}
+        config.write(options.out / FILE, configuration, device, paths, sorted(map(str, plugins)))
         rows = trainer.train(
             configuration, training_set, validation_set, options.out, device=device, tensorboard=options.tensorboard
         )
@@ -88,7 +90,7 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     configuration : Configuration
         What the run is; its data are those of a run that is resumed, else none.
     options : Namespace
-        What else was said: ``out``, ``resume``, ``cmu``, ``styles``, ``h36m``, ``cache``, ``device``, ``tensorboard``.
+        What else was said: ``out``, ``resume``, ``cache``, ``device``, ``tensorboard``, and the folders of sources.
 
     Raises
     ------
@@ -106,7 +108,7 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     file = file_of(options)
     if file is not None and options.recipe is not None:
         raise ValueError(f"--recipe: {file} states one already")
-    known = config.defaults(options.recipe or "default") if file is None else config.read(file)
+    known = stored = config.defaults(options.recipe or "default") if file is None else config.read(file)
     if options.depth is not None:
         if options.depth > known.model.depth:
             raise ValueError(f"--depth: there are {known.model.depth} layers")
@@ -119,22 +121,23 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     reader = config.parser_of(known)
     configuration = config.configuration_of(known, reader, lambda: reader.parse_args(rest))
     if file is not None and resumed:
-        refuse_changes(file, asdict(config.read(file)), asdict(configuration))
+        refuse_changes(file, asdict(stored), asdict(configuration))
     return configuration, options
 
 
-def _paths(options: argparse.Namespace) -> tuple[dict[str, Path], dict[str, Path]]:
-    """Return where the motion is, by the options' names, and which file says so where no option does.
+def _folders(options: argparse.Namespace) -> tuple[dict[str, Path], dict[str, Path]]:
+    """Return the folders of sources, by name, and which file states it where no option does.
 
     When a run is resumed, an option replaces the one folder that it names. Of another run's ``--config``, the folders
     count only if no option names any.
     """
-    given = {name: getattr(options, name) for name in _SOURCES if getattr(options, name) is not None}
+    named = folders_of(options)
     file = file_of(options)
-    if file is None or (given and file != options.out / FILE):
-        return given, {}
-    recorded = {name: root for name, root in paths_of(file).items() if name in _SOURCES}
-    return recorded | given, {name: file for name in recorded if name not in given}
+    if file is None or (named and file != options.out / FILE):
+        return named, {}
+    paths = paths_of(file)
+    recorded = {name: paths[source.option] for name, source in SOURCES.items() if source.option in paths}
+    return recorded | named, {name: file for name in recorded if name not in named}
 
 
 def error_of(projector: Projector, motion: MotionSet) -> float:
@@ -150,13 +153,7 @@ def _described(data: config.Data) -> str:
 def _add_options(parser: Parser) -> Parser:
     """Add what a configuration does not hold, or holds by its parts."""
     parser.add_argument("--out", type=Path, metavar="RUN", help="the folder of the run, which is made")
-    parser.add_argument(
-        "--cmu", type=Path, metavar="DIR", help="the folder of CMU's clips: clips.csv, 01/01_01.bvh ..."
-    )
-    parser.add_argument(
-        "--styles", type=Path, metavar="DIR", help="the folder of further CMU clips: indian/04.bvh, salsa/03.bvh ..."
-    )
-    parser.add_argument("--h36m", type=Path, metavar="DIR", help="the folder of Human3.6M's dataset/")
+    add_folder_options(parser, SOURCES.values(), environment=False)
     parser.add_argument("--cache", type=Path, metavar="DIR", help="keep prepared motion there, to load faster")
     parser.add_argument("--quick", action="store_true", help="a small part of the data, and few epochs: to try things")
     parser.add_argument("--recipe", choices=tuple(RECIPES), help="begin with this one's numbers")

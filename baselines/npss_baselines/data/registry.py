@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import re
 
+from npss.plugins import Registry
 from npss_baselines.data.cmu import CMU, CMUStyles
 from npss_baselines.data.human36m import Human36M
 from npss_baselines.data.source import PoseSource, Source
 from npss_baselines.data.synthetic import Synthetic
 
 #: By name, in the order in which motion is read from them.
-SOURCES: dict[str, Source] = {source.name: source for source in (CMU(), CMUStyles(), Human36M(), Synthetic())}
+SOURCES: Registry[Source] = Registry(
+    "source", {source.name: source for source in (CMU(), CMUStyles(), Human36M(), Synthetic())}
+)
 
 
 def register_source(source: Source) -> None:
@@ -31,12 +34,13 @@ def register_source(source: Source) -> None:
     if not isinstance(source, Source):
         raise TypeError(f"source: expected an npss_baselines.data.Source, got {source!r}")
     for what in ("name", "option"):
-        value = getattr(source, what)
-        if not re.fullmatch("[a-z0-9][a-z0-9-]*", value):
-            raise ValueError(f"source: {what}: expected lower-case letters, digits and hyphens, got {value!r}")
-        if value in (getattr(other, what) for other in SOURCES.values()):
-            raise ValueError(f"source: {what}: there is another source with {value!r}")
-    SOURCES[source.name] = source
+        if not re.fullmatch("[a-z0-9][a-z0-9-]*", getattr(source, what)):
+            raise ValueError(
+                f"source: {what}: expected lower-case letters, digits and hyphens, got {getattr(source, what)!r}"
+            )
+    if source.option in (other.option for other in SOURCES.values()):
+        raise ValueError(f"source: the option --{source.option} is that of another source")
+    SOURCES.register(source.name, source)
 
 
 def pose_sources() -> dict[str, PoseSource]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from npss_baselines.models.registry import MODELS, ModelSpec
+    from npss_baselines.models.registry import MODELS, ModelSpec, register_model
 
-__all__ = ["MODELS", "ModelSpec"]
+__all__ = ["MODELS", "ModelSpec", "register_model"]
 
 
 def __getattr__(name: str) -> Any:

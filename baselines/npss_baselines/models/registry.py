@@ -86,7 +86,7 @@ class ModelSpec:
         return self.recipe.regime
 
 
-#: By name; a plugin adds its own by ``MODELS.register(spec.name, spec)``.
+#: By name.
 MODELS = Registry(
     "model",
     {
@@ -105,3 +105,23 @@ MODELS = Registry(
         )
     },
 )
+
+
+def register_model(spec: ModelSpec) -> None:
+    """Add a model to those of the commands.
+
+    Parameters
+    ----------
+    spec : ModelSpec
+        What is trained by ``npss-baselines train NAME``. The fields of its configuration are options.
+
+    Raises
+    ------
+    TypeError
+        If it is no `ModelSpec`.
+    ValueError
+        If there is another model of that name.
+    """
+    if not isinstance(spec, ModelSpec):
+        raise TypeError(f"spec: expected a ModelSpec, got {spec!r}")
+    MODELS.register(spec.name, spec)

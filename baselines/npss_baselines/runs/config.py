@@ -18,7 +18,7 @@ from npss.extras import install_hint
 from npss.files import doing, read_json, write_text_atomically
 from npss.plugins import require
 from npss.validation import each, one_of, positive_integer, positive_number
-from npss_baselines.data import PoseSource, pose_sources
+from npss_baselines.data import SOURCES, PoseSource, pose_sources
 from npss_baselines.data.windows import checked_seed
 from npss_baselines.models import MODELS
 from npss_baselines.models.recipe import Recipe
@@ -214,7 +214,7 @@ def write(
 
 def plugins_of(configuration: Configuration) -> list[str]:
     """Return the plugins that have registered what a run is made of."""
-    found = {MODELS.plugin(configuration.name)}
+    found = {MODELS.plugin(configuration.name), SOURCES.plugin(configuration.data)}
     return sorted(plugin for plugin in found if plugin is not None)
 
 

@@ -218,7 +218,7 @@ class TestCommand:
     @pytest.fixture(autouse=True)
     def quick(self, monkeypatch):
         monkeypatch.delenv("NPSS_H36M", raising=False)
-        monkeypatch.setitem(SOURCES, "synthetic", Synthetic(1))
+        monkeypatch.setitem(SOURCES._entries, "synthetic", Synthetic(1))
 
     @pytest.fixture
     def run(self, capsys):

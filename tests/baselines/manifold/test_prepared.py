@@ -9,9 +9,10 @@ import zipfile
 import numpy as np
 import pytest
 
+from npss_baselines.data import cmu
 from npss_baselines.data.motion import JOINTS, Clip
+from npss_baselines.data.source import QUICK
 from npss_baselines.data.synthetic import synthetic_clips
-from npss_baselines.manifold.motion import prepared
 from npss_baselines.manifold.motion.bones import normalise_lengths
 from npss_baselines.manifold.motion.cache import VERSION, cached, load, save
 from npss_baselines.manifold.motion.dataset import prepare
@@ -19,7 +20,7 @@ from npss_baselines.manifold.motion.features import to_features, to_positions
 from npss_baselines.manifold.motion.ground import level, on_ground
 from npss_baselines.manifold.motion.prepared import motion_set
 from npss_baselines.manifold.motion.resample import resample
-from npss_baselines.manifold.motion.split import TEST_SUBJECTS
+from npss_baselines.manifold.motion.split import held_out_subjects
 
 
 def clips(*lengths, source="synthetic", fps=30.0):
@@ -140,11 +141,11 @@ def test_parts_are_by_subject_and_source():
     )
     names = lambda **options: [clip.name for clip in whole.only(**options).clips]  # noqa: E731
     assert names() == ["02_01", "05_01", "salsa/1", "S5/a_1", "S5/a_2"]
-    assert names(exclude_subjects=TEST_SUBJECTS) == ["05_01", "salsa/1"]
-    assert names(subjects=TEST_SUBJECTS) == ["02_01", "S5/a_1", "S5/a_2"]
-    assert names(subjects=TEST_SUBJECTS, sources=["h36m"]) == ["S5/a_1", "S5/a_2"]
+    assert names(exclude_subjects=held_out_subjects()) == ["05_01", "salsa/1"]
+    assert names(subjects=held_out_subjects()) == ["02_01", "S5/a_1", "S5/a_2"]
+    assert names(subjects=held_out_subjects(), sources=["h36m"]) == ["S5/a_1", "S5/a_2"]
     assert names(sources={"cmu", "cmu-styles"}, exclude_subjects=["cmu/05"]) == ["02_01", "salsa/1"]
-    train = whole.only(exclude_subjects=TEST_SUBJECTS)
+    train = whole.only(exclude_subjects=held_out_subjects())
     np.testing.assert_array_equal(train.windows, whole.windows[[1, 2, 3]])
     np.testing.assert_array_equal(train.mask, whole.mask[[1, 2, 3]])
     np.testing.assert_array_equal(train.clip_of, [0, 0, 1])
@@ -300,35 +301,35 @@ def two_files(tmp_path, monkeypatch):
             progress((i + 1) / 2)
             yield dataclasses.replace(clip, source="cmu", subject="cmu/02")
 
-    monkeypatch.setattr(prepared, "cmu_clips", read)
+    monkeypatch.setattr(cmu, "cmu_clips", read)
     return root, tmp_path / "cache", reads
 
 
 def test_what_is_cached_is_read_again_when_a_file_changes(two_files):
     root, cache, reads = two_files
-    first = motion_set(root, cache=cache)
-    same(motion_set(cmu=str(root), cache=str(cache)), first)
+    first = motion_set({"cmu": root}, cache=cache)
+    same(motion_set({"cmu": str(root)}, cache=str(cache)), first)
     assert reads == [None]
     os.utime(root / "02/02_01.bvh", (1e9, 1e9 + 1))
-    motion_set(root, cache=cache)
+    motion_set({"cmu": root}, cache=cache)
     assert len(reads) == 2
     (root / "02/02_01.bvh").write_text("HIERARCH", encoding="utf-8")
     os.utime(root / "02/02_01.bvh", (1e9, 1e9 + 1))
-    motion_set(root, cache=cache)
+    motion_set({"cmu": root}, cache=cache)
     assert len(reads) == 3
     (root / "02/02_01.bvh").rename(root / "02/02_03.bvh")
-    motion_set(root, cache=cache)
+    motion_set({"cmu": root}, cache=cache)
     assert len(reads) == 4
-    motion_set(root, cache=cache, quick=True)
-    assert reads[4] == prepared.QUICK_CMU
-    motion_set(root)
+    motion_set({"cmu": root}, cache=cache, quick=True)
+    assert reads[4] == cmu.QUICK_SUBJECTS
+    motion_set({"cmu": root})
     assert len(reads) == 6
 
 
 def test_without_data_motion_is_generated(tmp_path):
     walks = motion_set(quick=True, cache=tmp_path)
     assert walks.counts() == {"clips": 8, "windows": 40, "padded": 0, "frames": 4000, "left_out": 160}
-    assert {clip.subject for clip in walks.only(subjects=TEST_SUBJECTS).clips} == {"synthetic/0", "synthetic/1"}
+    assert {clip.subject for clip in walks.only(subjects=held_out_subjects()).clips} == {"synthetic/0", "synthetic/1"}
     same(walks, motion_set(quick=True))
     assert not list(tmp_path.iterdir())
 
@@ -337,22 +338,22 @@ def test_without_data_motion_is_generated(tmp_path):
 
 
 def test_cmu(cmu_root):
-    some = motion_set(cmu_root, quick=True)
-    assert {clip.subject for clip in some.clips} == {f"cmu/{subject}" for subject in prepared.QUICK_CMU}
+    some = motion_set({"cmu": cmu_root}, quick=True)
+    assert {clip.subject for clip in some.clips} == {f"cmu/{subject}" for subject in cmu.QUICK_SUBJECTS}
     check_real(some)
 
 
 def test_dances_and_martial_arts(cmu_styles_root):
-    some = motion_set(styles=cmu_styles_root, quick=True)
-    assert [clip.source for clip in some.clips] == ["cmu-styles"] * prepared.QUICK_CLIPS
+    some = motion_set({"cmu-styles": cmu_styles_root}, quick=True)
+    assert [clip.source for clip in some.clips] == ["cmu-styles"] * QUICK
     check_real(some)
 
 
 def test_human36m(h36m_root, tmp_path):
-    some = motion_set(h36m=h36m_root, quick=True, cache=tmp_path)
+    some = motion_set({"h36m": h36m_root}, quick=True, cache=tmp_path)
     assert [clip.subject for clip in some.clips] == ["h36m/S1", "h36m/S1", "h36m/S5", "h36m/S5"]
     check_real(some)
-    same(motion_set(h36m=h36m_root, quick=True, cache=tmp_path), some)
+    same(motion_set({"h36m": h36m_root}, quick=True, cache=tmp_path), some)
 
 
 def check_real(motion):

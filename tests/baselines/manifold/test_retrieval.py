@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from npss_baselines.data import SOURCES
+from npss_baselines.data.cmu_labels import KEYWORDS, label_of
 from npss_baselines.manifold.applications import retrieval
 from npss_baselines.manifold.applications.retrieval import MATCHES, auc, chance, closest_windows, distances_of, retrieve
-from npss_baselines.manifold.motion.labels import KEYWORDS, label_of, labels
 
 
 def ranking(query, distances, labels, subjects, matches):
@@ -190,7 +191,8 @@ class TestLabels:
         assert label_of(description) == label
 
     def test_only_what_cmu_says_is_read(self):
-        assert labels(["cmu", "cmu-styles", "h36m"], ["slow walk", "salsa", "walkingdog"]) == [
+        said = {"cmu": "slow walk", "cmu-styles": "salsa", "h36m": "walkingdog"}
+        assert [SOURCES[name].label(description) for name, description in said.items()] == [
             "walk",
             "salsa",
             "walkingdog",

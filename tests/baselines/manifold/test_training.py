@@ -16,13 +16,13 @@ from safetensors.torch import load_file
 from safetensors.torch import save as serialized
 
 from manifold_trainings import TINY, configured, outcome, same, small_chunks, train_until_killed, trained, walkers
-from npss_baselines.commands import train_manifold as train_command
+from npss_baselines.commands import train_manifold
 from npss_baselines.data.synthetic import synthetic_clips
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
 from npss_baselines.manifold.model.per_window_sgd import PerWindowSGD
 from npss_baselines.manifold.motion.dataset import MotionSet, prepare
 from npss_baselines.manifold.motion.features import local_positions
-from npss_baselines.manifold.motion.split import TEST_SUBJECTS, VALIDATION_SUBJECTS, split
+from npss_baselines.manifold.motion.split import held_out_subjects, split, validation_subjects
 from npss_baselines.manifold.training import config, folder, trainer
 from npss_baselines.manifold.training.loss import loss_of
 from npss_baselines.manifold.training.recipe import PAPER, RECIPES, Stage
@@ -369,7 +369,7 @@ def test_a_checkpoint_cannot_run_code(tmp_path, sets):
 @pytest.mark.parametrize("recipe", RECIPES)
 def test_a_file_is_enough_to_repeat_a_run(tmp_path, recipe):
     said = ["--recipe", recipe, "--seed", "5", "--depth", "2", "--quick", "--model.eps", "0.1", "--layers.lr", "0.25"]
-    configuration, _ = train_command.parse([*said, "--out", str(tmp_path / "a")])
+    configuration, _ = train_manifold.parse([*said, "--out", str(tmp_path / "a")])
     chosen = RECIPES[recipe]
     assert configuration.model == AutoencoderConfig(widths=(64, 128), unpool=chosen.unpool, eps=0.1)
     for name in ("scale", "size", "loss", "start"):
@@ -380,14 +380,14 @@ def test_a_file_is_enough_to_repeat_a_run(tmp_path, recipe):
     (tmp_path / "a").mkdir()
     config.write(tmp_path / "a" / config.FILE, configuration, "cpu")
     assert config.read(tmp_path / "a" / config.FILE) == configuration
-    again, _ = train_command.parse(["--config", str(tmp_path / "a" / config.FILE), "--out", str(tmp_path / "b")])
+    again, _ = train_manifold.parse(["--config", str(tmp_path / "a" / config.FILE), "--out", str(tmp_path / "b")])
     assert again == configuration
-    resumed, _ = train_command.parse([*said[2:], "--resume", "--out", str(tmp_path / "a")])
+    resumed, _ = train_manifold.parse([*said[2:], "--resume", "--out", str(tmp_path / "a")])
     assert resumed == configuration
 
 
 def test_the_papers_schedule_is_as_the_paper_says():
-    configuration, _ = train_command.parse(["--recipe", "paper", "--out", "nowhere"])
+    configuration, _ = train_manifold.parse(["--recipe", "paper", "--out", "nowhere"])
     assert (PAPER.layers.epochs, PAPER.layers.batch, PAPER.layers.optimizer) == (25, 1, "sgd")
     assert PAPER.layers.learning_rate(0) == 0.5
     assert PAPER.layers.learning_rate(2) == pytest.approx(0.5 * 0.81)
@@ -429,7 +429,10 @@ def test_what_is_no_stage(fields, error, message):
         ([], r"expected an object, got \[\]"),
         ({}, "name: expected one of manifold, got None"),
         ({"name": "vgru-d"}, "name: expected one of manifold, got 'vgru-d'"),
-        ({"name": "manifold", "colour": 1}, "there is no 'colour'; there are made_with, paths, name, model, .*"),
+        (
+            {"name": "manifold", "colour": 1},
+            "there is no 'colour'; there are made_with, paths, plugins, name, model, .*",
+        ),
         ({"name": "manifold", "model": {"cell": 1}}, "model: there is no 'cell'; there are n_features, .*"),
         ({"name": "manifold", "layers": {"class_path": "hostile.Stage"}}, "layers: there is no 'class_path'"),
         ({"name": "manifold", "whole": "hostile.json"}, "whole: expected an object, got 'hostile.json'"),
@@ -472,7 +475,7 @@ LITTLE = ["--quick", "--model.widths", "[4,5]", "--whole.epochs", "1", "--layers
 @pytest.mark.parametrize("recipe", RECIPES)
 def test_from_nothing_to_a_run(tmp_path, capsys, recipe):
     out = tmp_path / "run"
-    train_command.run([*LITTLE, "--recipe", recipe, "--out", str(out)])
+    train_manifold.run([*LITTLE, "--recipe", recipe, "--out", str(out)])
     said = capsys.readouterr()
     assert said.err == ""
     assert "training on 20 windows of 4 clips (synthetic) of 4 subjects" in said.out
@@ -484,19 +487,19 @@ def test_from_nothing_to_a_run(tmp_path, capsys, recipe):
     assert asdict(loaded.configuration)["data"]["windows"] == 20
     # The number that is said, measured anew.
     tested = prepare(synthetic_clips(2, 500, seed=0))
-    assert {clip.subject for clip in tested.clips} <= set(TEST_SUBJECTS)
-    assert f"mean joint error {train_command.error_of(loaded.projector, tested):.4f} heights" in said.out
+    assert {clip.subject for clip in tested.clips} <= set(held_out_subjects())
+    assert f"mean joint error {train_manifold.error_of(loaded.projector, tested):.4f} heights" in said.out
 
     # Nothing is left to do; and other motion is refused.
     before = outcome(out)
-    train_command.run([*LITTLE, "--out", str(out), "--resume"])
+    train_manifold.run([*LITTLE, "--out", str(out), "--resume"])
     assert same(outcome(out), before)
     other = replace(loaded.configuration, data=replace(loaded.configuration.data, digest="0"))
     config.write(out / config.FILE, other, "cpu")
     with pytest.raises(
         ValueError, match=r"^--resume: .* was trained on 20 windows of 4 clips \(synthetic\); these are"
     ):
-        train_command.run([*LITTLE, "--out", str(out), "--resume"])
+        train_manifold.run([*LITTLE, "--out", str(out), "--resume"])
 
 
 def test_nobody_is_in_two_sets(sets):
@@ -515,8 +518,8 @@ def test_nobody_is_in_two_sets(sets):
     subjects = [{clip.subject for clip in part.clips} for part in parts]
     assert set().union(*subjects) == set(clips)
     assert sum(map(len, subjects)) == len(clips)
-    assert subjects[1] == set(VALIDATION_SUBJECTS)
-    assert subjects[2] == set(TEST_SUBJECTS)
+    assert subjects[1] == set(validation_subjects())
+    assert subjects[2] == set(held_out_subjects())
     # Where none of those who are to be validated on are there, another one is; where nobody is left, that is said.
     few = whole.only(subjects=["cmu/02", "cmu/05", "cmu/06"])
     assert [[clip.subject for clip in part.clips] for part in split(few)] == [
@@ -547,13 +550,13 @@ def test_nobody_is_in_two_sets(sets):
 )
 def test_bad_arguments_are_answered_with_what_there_is(said, message):
     with pytest.raises(ValueError, match=message):
-        train_command.parse([*said, "--out", "nowhere"])
+        train_manifold.parse([*said, "--out", "nowhere"])
 
 
 def test_a_run_is_not_overwritten(run):
     file = run / config.FILE
     with pytest.raises(ValueError, match=r"^--out RUN names the folder of the run"):
-        train_command.parse([])
+        train_manifold.parse([])
     for wrong, message in (
         ([], f"--out: there is a run in {run} already; --resume goes on with it"),
         (["--resume", "--seed", "3"], f"--resume: {file} has another value of seed; leave it out"),
@@ -563,12 +566,12 @@ def test_a_run_is_not_overwritten(run):
         (["--resume", "--recipe", "paper"], f"--recipe: {file} states one already"),
     ):
         with pytest.raises(ValueError, match=f"^{message}"):
-            train_command.parse([*wrong, "--out", str(run)])
+            train_manifold.parse([*wrong, "--out", str(run)])
 
 
 def test_help_names_all_there_is(capsys):
     with pytest.raises(SystemExit) as done:
-        train_command.run(["--help"])
+        train_manifold.run(["--help"])
     assert done.value.code == 0
     said = capsys.readouterr().out
     for option in ("--cmu", "--styles", "--h36m", "--recipe", "--quick", "--depth", "--model.eps", "--whole.lr"):
@@ -576,7 +579,7 @@ def test_help_names_all_there_is(capsys):
 
 
 def test_real_motion(cmu_root, tmp_path, capsys):
-    train_command.run([*LITTLE, "--cmu", str(cmu_root), "--out", str(tmp_path / "run")])
+    train_manifold.run([*LITTLE, "--cmu", str(cmu_root), "--out", str(tmp_path / "run")])
     said = capsys.readouterr().out
     assert "(cmu) of 1 subjects; weights are chosen by 11 windows of cmu/08" in said
     assert "heights on windows of cmu/02" in said

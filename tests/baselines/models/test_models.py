@@ -13,7 +13,7 @@ torch = pytest.importorskip("torch", reason="needs torch")
 
 import npss_baselines.models  # noqa: E402
 from npss.protocol import COLUMNS  # noqa: E402
-from npss_baselines.commands import params as parameters  # noqa: E402
+from npss_baselines.commands import params  # noqa: E402
 from npss_baselines.models import MODELS  # noqa: E402
 from npss_baselines.models._gru import read_gru  # noqa: E402
 from npss_baselines.models._lstm import LSTM  # noqa: E402
@@ -246,7 +246,7 @@ COUNTS = {
 
 @pytest.fixture(scope="module")
 def counted():
-    return parameters.records()
+    return params.records()
 
 
 def test_parameters_are_as_many_as_the_structure_says(counted):
@@ -266,7 +266,7 @@ def test_sup_has_a_label_of_fifteen_in_and_out(counted):
 def test_published_counts_stand_beside_them(counted):
     exact = {record["model"] for record in counted if record["parameters"] == record["published"]}
     assert exact == {"erd", "lstm-3lr"}
-    assert {record["model"] for record in counted if record["published"]} == set(parameters.PUBLISHED)
+    assert {record["model"] for record in counted if record["published"]} == set(params.PUBLISHED)
 
 
 def test_srnn_may_be_full_width():
@@ -282,13 +282,13 @@ def test_gru_of_torch_would_have_more_parameters():
 
 def command(*arguments):
     parser = argparse.ArgumentParser()
-    parameters.add_parser(parser.add_subparsers())
+    params.add_parser(parser.add_subparsers())
     options = parser.parse_args(["params", *arguments])
     options.run(options)
 
 
 def test_the_command_prints_them(capsys, counted, monkeypatch):
-    monkeypatch.setattr(parameters, "records", lambda: counted)
+    monkeypatch.setattr(params, "records", lambda: counted)
     command()  # not a terminal
     assert json.loads(capsys.readouterr().out) == counted
     command("--format", "table")

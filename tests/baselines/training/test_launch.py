@@ -18,13 +18,13 @@ from lightning.pytorch.utilities.rank_zero import rank_zero_only
 from disk import full_disk
 from npss.console import _progress
 from npss.extras import install_hint
-from npss_baselines.commands import arguments, train
-from npss_baselines.commands import train_manifold as train_command
-from npss_baselines.data import h36m
+from npss_baselines.commands import arguments, train, train_manifold
+from npss_baselines.data import SOURCES, h36m
 from npss_baselines.data.synthetic import synthetic_training_set, synthetic_validation
 from npss_baselines.manifold.motion import prepared
 from npss_baselines.manifold.motion.prepared import motion_set
 from npss_baselines.manifold.training import config as manifold_config
+from npss_baselines.manifold.training.loss import loss_of
 from npss_baselines.models import MODELS
 from npss_baselines.runs import checkpoint, config, fitting, folder, launch, weights
 from npss_baselines.runs.stopping import Stop, Stopped
@@ -172,7 +172,7 @@ def test_what_is_ignored_stays_ignored_and_other_threads_get_no_signals():
 def test_the_manifold_is_trained_likewise(tmp_path, capsys, monkeypatch):
     said = ["manifold", "--quick", "--model.widths", "[4,5]", "--whole.epochs", "1", "--layers.epochs", "0"]
     assert command("train", *said, "--out", tmp_path / "whole") == 0
-    loss, calls = train_command.training.loss_of, []
+    loss, calls = loss_of, []
 
     def interrupted(*arguments, **options):
         calls.append(1)
@@ -181,7 +181,7 @@ def test_the_manifold_is_trained_likewise(tmp_path, capsys, monkeypatch):
         return loss(*arguments, **options)
 
     with monkeypatch.context() as patch:
-        patch.setattr(train_command.training, "loss_of", interrupted)
+        patch.setattr("npss_baselines.manifold.training.trainer.loss_of", interrupted)
         patch.setenv("SLURM_NTASKS", "8")
         patch.setenv("SLURM_JOB_NAME", "train.sh")
         with pytest.raises(SystemExit) as ended:
@@ -394,13 +394,13 @@ def test_a_manifold_knows_its_motion(tmp_path, capsys, monkeypatch):
         root.mkdir()
     walks = motion_set(quick=True)
 
-    def motion(**roots):
-        asked.append({name: roots[name] for name in ("cmu", "h36m", "styles") if roots.get(name)})
+    def motion(folders, **_):
+        asked.append(folders)
         if not all(root.exists() for root in asked[-1].values()):
             raise FileNotFoundError("no clips")
         return walks
 
-    monkeypatch.setattr(train_command, "motion_set", motion)
+    monkeypatch.setattr(train_manifold, "motion_set", motion)
     said = ["manifold", "--quick", "--model.widths", "[4,5]", "--whole.epochs", "1", "--layers.epochs", "0"]
     assert command("train", *said, "--cmu", cmu, "--h36m", h36m, "--out", tmp_path / "m") == 0
     assert command("train", "manifold", "--resume", "--out", tmp_path / "m") == 0
@@ -518,7 +518,7 @@ def test_what_a_run_is_not(tmp_path):
         folder.load(tmp_path)
     (tmp_path / config.FILE).write_text('{"paths": {"h36m": 1}}', encoding="utf-8")
     with pytest.raises(ValueError, match=r"config\.json: paths: expected an object of names and folders"):
-        arguments.h36m_of(SimpleNamespace(h36m=None, config=None), [tmp_path])
+        arguments.folder_of(SimpleNamespace(h36m=None, config=None), SOURCES["h36m"], [tmp_path])
 
 
 def test_a_full_disk_leaves_no_half_a_cache(tmp_path):

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from npss.records import Record
+from npss_baselines.data import SOURCES
 from npss_baselines.manifold.applications.clip_distances import clip_distances, clip_extremes
 from npss_baselines.manifold.applications.distance import g
 from npss_baselines.manifold.applications.method import Method
@@ -14,10 +15,6 @@ from npss_baselines.manifold.applications.retrieval import MATCHES, auc, chance,
 from npss_baselines.manifold.evaluation.records import context_of, records_of
 from npss_baselines.manifold.evaluation.testbed import Testbed
 from npss_baselines.manifold.motion.dataset import MotionSet
-from npss_baselines.manifold.motion.labels import labels
-
-#: Of which sources clips are compared with each other: words of the others mean other things.
-TOGETHER = {"cmu": ("cmu", "cmu-styles"), "h36m": ("h36m",), "synthetic": ("synthetic",)}
 
 
 def nearness(testbed: Testbed) -> Iterator[Record]:
@@ -32,16 +29,17 @@ def nearness(testbed: Testbed) -> Iterator[Record]:
     Raises
     ------
     ValueError
-        If a clip is of a source that is not in `TOGETHER`: names it.
+        If a clip is of a source that is not registered: names it.
     """
-    named = [source for sources in TOGETHER.values() for source in sources]
-    if unknown := sorted({clip.source for clip in testbed.motions.clips} - set(named)):
+    sources = {clip.source for clip in testbed.motions.clips}
+    if unknown := sorted(sources - set(SOURCES)):
         raise ValueError(
-            f"motions: it is not known what actions are called in {unknown[0]!r}, only in {', '.join(named)}"
+            f"motions: it is not known what actions are called in {unknown[0]!r}, only in {', '.join(SOURCES)}"
         )
-    for name, sources in TOGETHER.items():
-        if any(clip.source in sources for clip in testbed.motions.clips):
-            yield from _nearness(testbed, testbed.motions.only(sources=sources), name)
+    for vocabulary in dict.fromkeys(source.vocabulary for source in SOURCES.values()):
+        compared = {name for name in sources if SOURCES[name].vocabulary == vocabulary}
+        if compared:
+            yield from _nearness(testbed, testbed.motions.only(sources=compared), vocabulary)
 
 
 def _nearness(testbed: Testbed, motions: MotionSet, name: str) -> Iterator[Record]:
@@ -109,5 +107,8 @@ def ranking(testbed: Testbed, query: int, n: int) -> Iterator[Record]:
 
 
 def labels_of(motions: MotionSet) -> list[str]:
-    """Return the label of each clip, empty where it has none; see `npss_baselines.manifold.motion.labels`."""
-    return labels([clip.source for clip in motions.clips], [clip.description for clip in motions.clips])
+    """Return the label of each clip, empty where it has none; of a source that is not registered, its description."""
+    return [
+        SOURCES[clip.source].label(clip.description) if clip.source in SOURCES else clip.description
+        for clip in motions.clips
+    ]

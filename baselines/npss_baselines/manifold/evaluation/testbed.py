@@ -19,7 +19,7 @@ from npss_baselines.manifold.model.pca import PCA, fit_pca
 from npss_baselines.manifold.model.projector import Manifold, Projector
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.scaling import Scaling
-from npss_baselines.manifold.motion.split import TEST_SUBJECTS, split
+from npss_baselines.manifold.motion.split import held_out_subjects, split
 
 #: What tables and pictures call what is no manifold.
 RESERVED = ("input", "linear", "pca", "pca-best", "euclidean", "extremes", "length", "chance", "original", "real")
@@ -73,7 +73,7 @@ class Testbed:
         """What is held out."""
         test = split(self.motions).test
         if test is None:
-            raise ValueError(f"there is no motion of those who are held out, {', '.join(TEST_SUBJECTS)}")
+            raise ValueError(f"there is no motion of those who are held out, {', '.join(held_out_subjects())}")
         return test
 
     @cached_property

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from npss.skeleton import Skeleton
 from npss.validation import each
+from npss_baselines.data import SOURCES
 from npss_baselines.data.motion import JOINTS, Clip
 from npss_baselines.manifold.motion.bones import normalise_lengths
 from npss_baselines.manifold.motion.features import to_features
@@ -18,9 +19,6 @@ from npss_baselines.manifold.motion.resample import resample
 from npss_baselines.manifold.motion.windows import left_out, windows_of
 
 Float32 = npt.NDArray[np.float32]
-
-#: Sources that do not say which way is up.
-TILTED = ("h36m",)
 
 
 @dataclass(frozen=True)
@@ -80,7 +78,7 @@ class MotionSet:
         subjects, sources : collection of str, optional
             Whose and which clips stay; by default all.
         exclude_subjects : collection of str, optional
-            Whose do not, such as `npss_baselines.manifold.motion.split.TEST_SUBJECTS`. A clip whose subject is not
+            Whose do not, such as `npss_baselines.manifold.motion.split.held_out_subjects`. A clip whose subject is not
             stated (``cmu-styles``) stays.
 
         Raises
@@ -154,7 +152,7 @@ def prepare(clips: Iterable[Clip], *, skeleton: Skeleton = JOINTS) -> MotionSet:
 
     Notes
     -----
-    No source says how high the ground is, and some (`TILTED`) not which way is up: see `ground`.
+    No source says how high the ground is, and some (`Source.y_up`) not which way is up: see `ground`.
 
     Examples
     --------
@@ -171,7 +169,7 @@ def prepare(clips: Iterable[Clip], *, skeleton: Skeleton = JOINTS) -> MotionSet:
             raise ValueError(f"clips: {name}: duplicate clip")
         try:
             positions = normalise_lengths(resample(clip.positions, clip.fps), skeleton)
-            if clip.source in TILTED:
+            if clip.source in SOURCES and not SOURCES[clip.source].y_up:
                 positions = level(positions, skeleton)
             rows = to_features(on_ground(positions), skeleton).astype(np.float32)
         except ValueError as error:

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from npss_baselines.data import SOURCES
 from npss_baselines.manifold.motion.dataset import MotionSet
-
-#: Whom nothing is trained on.
-TEST_SUBJECTS = ("cmu/02", "cmu/14", "h36m/S5", "synthetic/0", "synthetic/1")
-#: By whom weights are chosen; nothing is trained on them. Where a set has none of them, it is its last subject.
-VALIDATION_SUBJECTS = ("cmu/08", "cmu/12", "h36m/S11", "synthetic/2", "synthetic/3")
 
 
 class Split(NamedTuple):
@@ -33,15 +29,15 @@ def split(motion: MotionSet) -> Split:
     ValueError
         If there are fewer than two subjects that are not tested on.
     """
-    subjects = subjects_of(motion)
-    tested = [subject for subject in subjects if subject in TEST_SUBJECTS]
-    others = [subject for subject in subjects if subject not in TEST_SUBJECTS]
+    subjects, held_out = subjects_of(motion), held_out_subjects()
+    tested = [subject for subject in subjects if subject in held_out]
+    others = [subject for subject in subjects if subject not in held_out]
     if len(others) < 2:
         raise ValueError(
             f"there is motion of {', '.join(subjects) or 'nobody'}; without those who are tested on, "
-            f"{', '.join(TEST_SUBJECTS)}, training needs two: one to train on, and one to choose weights by"
+            f"{', '.join(held_out)}, training needs two: one to train on, and one to choose weights by"
         )
-    chosen_by = [subject for subject in others if subject in VALIDATION_SUBJECTS] or others[-1:]
+    chosen_by = [subject for subject in others if subject in validation_subjects()] or others[-1:]
     return Split(
         motion.only(exclude_subjects=[*tested, *chosen_by]),
         motion.only(subjects=chosen_by),
@@ -52,3 +48,13 @@ def split(motion: MotionSet) -> Split:
 def subjects_of(motion: MotionSet) -> list[str]:
     """Return who moves, without those that are not named."""
     return sorted({clip.subject for clip in motion.clips} - {""})
+
+
+def held_out_subjects() -> list[str]:
+    """Return the subjects of all sources that are held out: nothing is trained on them."""
+    return [source.subject(subject) for source in SOURCES.values() for subject in source.test_subjects]
+
+
+def validation_subjects() -> list[str]:
+    """Return the subjects of all sources by whom weights are chosen; a set with none of them takes its last subject."""
+    return [source.subject(subject) for source in SOURCES.values() for subject in source.validation_subjects]
