@@ -1,0 +1,132 @@
+"""The data set and the model of docs/extending.md, run as they are printed."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+from npss import gait
+from npss.ranking import read_actions
+from npss_baselines.__main__ import main
+from npss_baselines.data import SOURCES, PoseSource, Source, register_source
+from npss_baselines.data.synthetic import Synthetic
+from npss_baselines.models import MODELS, register_model
+from npss_baselines.runs import config
+
+PAGE = Path(__file__).parents[3] / "docs" / "extending.md"
+SUBJECTS = ("anna", "ben", "carla", "dora")
+
+
+def printed(kind, name):
+    """The block that follows a marker."""
+    text = PAGE.read_text(encoding="utf-8")
+    (block,) = re.findall(rf"^<!-- {kind}: {re.escape(name)} -->\n```\w+\n(.*?)^```$", text, re.M | re.S)
+    return block
+
+
+@pytest.fixture
+def plugin(tmp_path, monkeypatch):
+    """Write a plugin into the current folder; forget afterwards what it has registered."""
+    if not PAGE.exists():
+        pytest.skip("the documentation is not beside the tests")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    before = dict(SOURCES), dict(MODELS), set(sys.modules)
+
+    def write(name):
+        (tmp_path / f"{name}.py").write_text(printed("file", f"{name}.py"), encoding="utf-8")
+
+    yield write
+    for registry, entries in zip((SOURCES, MODELS), before, strict=False):
+        for name in set(registry) - set(entries):
+            del registry._entries[name]
+    for name in ("our_walks", "one_cell"):
+        sys.modules.pop(name, None)
+
+
+def run(capsys, line):
+    assert main(line.split()[1:]) == 0, capsys.readouterr().err
+    return capsys.readouterr().out
+
+
+def test_the_examples_are_short():
+    for name in ("our_walks.py", "one_cell.py"):
+        assert len(printed("file", name).splitlines()) <= 36
+
+
+def test_a_data_set(plugin, tmp_path, capsys):
+    plugin("our_walks")
+    for seed, subject in enumerate(SUBJECTS):
+        (tmp_path / "motion" / subject).mkdir(parents=True)
+        for action, walk in zip(("walk", "turn"), gait.gait(2, 360, seed=seed), strict=True):
+            np.save(tmp_path / "motion" / subject / f"{action}.npy", walk)
+    evaluate, sensitivity, train, predict, manifold = printed("command", "a data set").splitlines()
+    records = json.loads(run(capsys, evaluate))
+    assert {record["action"] for record in records} == {"walk", "turn"}
+    assert "protocol:our-walks-all" in records[0]["signature"]
+    assert json.loads(run(capsys, sensitivity))[0]["distortion"] == "zero-velocity"
+    run(capsys, train)
+    stated = json.loads((tmp_path / "run" / config.FILE).read_text(encoding="utf-8"))
+    assert (stated["data"], stated["subjects"], stated["actions"]) == ("our-walks", ["anna", "ben"], ["walk", "turn"])
+    assert (stated["paths"], stated["plugins"]) == ({"our-walks": str(tmp_path / "motion")}, ["our_walks"])
+    run(capsys, predict)
+    target = np.load(tmp_path / "motion" / "dora" / "walk.npy")[50:150]
+    np.testing.assert_array_equal(read_actions(tmp_path / "predicted.npz")["walk"].gt[0], target)
+    assert "(our-walks) of 2 subjects; weights are chosen by" in run(capsys, manifold)
+    assert json.loads((tmp_path / "manifold" / config.FILE).read_text(encoding="utf-8"))["plugins"] == ["our_walks"]
+
+
+def test_a_model(plugin, tmp_path, capsys):
+    pytest.importorskip("pandas")
+    plugin("one_cell")
+    train, resume, predict, evaluate, leaderboard = printed("command", "a model").splitlines()
+    assert "weights of iteration" in run(capsys, train)
+    run(capsys, resume)
+    run(capsys, predict)
+    assert read_actions(tmp_path / "run.npz")["gait"].pred.shape == (64, 100, 99)
+    assert [record["model"] for record in json.loads(run(capsys, evaluate))] == ["run", "zero-velocity"]
+    assert "run" in run(capsys, leaderboard)
+    assert "one-cell" in run(capsys, "npss-baselines params --format json")
+
+
+def test_a_data_set_of_positions_is_for_the_manifold_alone(monkeypatch):
+    class Positions(Source):
+        name, description = "positions", "the folder of positions"
+
+        def clips(self, folder, **_):
+            return Synthetic().clips(folder)
+
+    monkeypatch.setattr(SOURCES, "_entries", dict(SOURCES))
+    register_source(Positions())
+    assert "positions" in SOURCES
+    with pytest.raises(SystemExit):
+        main(["evaluate", "--positions", "x"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"name": "synthetic", "option": "other"}, "the source 'synthetic' is registered already"),
+        ({"name": "other", "option": "h36m"}, "source: the option --h36m is that of another source"),
+        ({"name": "Other"}, "source: name: expected lower-case letters, digits and hyphens, got 'Other'"),
+        ({"name": "other", "option": "--o"}, "source: option: expected lower-case letters"),
+    ],
+)
+def test_what_is_not_registered(changes, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        register_source(type("Other", (Synthetic,), changes)())
+    with pytest.raises(TypeError, match=r"^source: expected an npss_baselines\.data\.Source, got"):
+        register_source(PoseSource)
+    with pytest.raises(TypeError, match=r"^spec: expected a ModelSpec, got 'erd'"):
+        register_model("erd")
+
+
+def test_folders_of_another_source_than_the_data_are_refused(tmp_path, capsys):
+    command = ["train", "erd", "--data", "synthetic", "--h36m", str(tmp_path), "--out", str(tmp_path / "run")]
+    assert main(command) == 2
+    assert "--h36m: the run is trained on --data synthetic" in capsys.readouterr().err
