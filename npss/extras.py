@@ -18,6 +18,11 @@ def install_hint(extras: str, *, baselines: bool = False) -> str:
     baselines : bool, optional
         Whether they are extras of ``npss-baselines``, and not of ``npss-metric``.
 
+    Returns
+    -------
+    str
+        The end of a message that says what is missing.
+
     Examples
     --------
     >>> install_hint("h5")

@@ -12,6 +12,8 @@ from npss.protocol import COLUMNS, FPS
 from npss.rotations._poses import POSE
 from npss.validation import Float64, Seed, generator, positive_integer, positive_number, renamed
 
+__all__ = ["gait"]
+
 _ROOT = 6  # columns 0-2: displacement of the root since the frame before, in mm; 3-5: its rotation
 # What swings most, by column: mean angle, amplitude at the stride's frequency and at its double (radians), and by how
 # much of a stride it lags. The other columns of COLUMNS only sway.

@@ -26,6 +26,7 @@ from npss.validation import Float64, each, motion_pair, positive_number, renamed
 
 __all__ = ["NUMBERS", "Groups", "Record", "Unwrapped", "measure", "signature_of", "summary"]
 
+#: What `measure` returns, or JSON of it.
 Record = dict[str, Any]
 #: Where jumps of 2 pi are removed.
 Unwrapped = Literal["off", "target", "seed"]

@@ -13,6 +13,20 @@ from typing import Any, ParamSpec, TypeAlias, TypeGuard, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+__all__ = [
+    "Array",
+    "Float64",
+    "check_finite",
+    "each",
+    "is_integer",
+    "is_real",
+    "motion_pair",
+    "one_of",
+    "positive_integer",
+    "positive_number",
+    "real_array",
+]
+
 Item = TypeVar("Item")
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -60,6 +74,14 @@ def real_array(name: str, values: npt.ArrayLike) -> Array:
         If numpy cannot read the values, or they are masked, boolean, complex, text, dates or objects.
     ValueError
         If nested lists are of unequal length.
+
+    Examples
+    --------
+    >>> real_array("gt", [[1, 2], [3, 4]]).shape
+    (2, 2)
+    >>> real_array("gt", [True, False])
+    Traceback (most recent call last):
+    TypeError: gt: expected real numbers, got booleans (dtype bool)
     """
     parts = values if isinstance(values, list | tuple) else [values]
     if any(isinstance(part, np.ma.MaskedArray) for part in parts):
@@ -100,7 +122,29 @@ def check_real(name: str, dtype: np.dtype[Any]) -> None:
 
 
 def check_finite(name: str, array: Array, where: str = "") -> None:
-    """Raise a ValueError that names the first index, in C order, at which `array` is NaN or infinite."""
+    """Refuse NaN and infinite values.
+
+    Parameters
+    ----------
+    name : str
+        What the caller calls this argument; the error begins with it.
+    array : ndarray
+        Real numbers, of any shape.
+    where : str, optional
+        What the error says after the index.
+
+    Raises
+    ------
+    ValueError
+        If a value is not finite; names the first index, in C order.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> check_finite("gt", np.array([0.0, np.nan]))
+    Traceback (most recent call last):
+    ValueError: gt: nan at index (1,); every value must be finite
+    """
     blocks = array.reshape(1) if array.ndim == 0 else array
     rows = max(1, _BLOCK * len(blocks) // max(blocks.size, 1))  # bounded memory for arrays larger than it
     for top in range(0, len(blocks), rows):
@@ -125,14 +169,32 @@ def motion_array(name: str, values: npt.ArrayLike) -> Array:
 
 
 def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array]:
-    """Read ground truth and prediction as two arrays of the same shape, ``(N, T, D)`` or ``(T, D)``.
+    """Read ground truth and prediction as two arrays of the same shape.
 
-    Views where possible: never write to them. Finiteness is left to the caller.
+    Finiteness is left to the caller.
+
+    Parameters
+    ----------
+    gt, pred : (N, T, D) or (T, D) array_like
+        Sequences, frames, features.
+
+    Returns
+    -------
+    gt, pred : (N, T, D) or (T, D) ndarray
+        Views where possible: never write to them.
 
     Raises
     ------
-    TypeError, ValueError
+    TypeError
+        As `real_array`.
+    ValueError
         As `real_array`; and where a shape is neither ``(N, T, D)`` nor ``(T, D)``, is empty, or differs.
+
+    Examples
+    --------
+    >>> motion_pair([[0.0], [1.0]], [[0.0, 1.0]])
+    Traceback (most recent call last):
+    ValueError: pred: its shape (1, 2) differs from that of gt, (2, 1); nothing is broadcast
     """
     first = motion_array("gt", gt)
     second = motion_array("pred", pred)
@@ -150,7 +212,30 @@ class BeyondFloat64Error(ValueError):
 
 
 def one_of(name: str, value: object, choices: tuple[str, ...]) -> None:
-    """Raise a ValueError (a TypeError where it is no string) unless `value` is one of `choices`."""
+    """Refuse a value that is not among the choices.
+
+    Parameters
+    ----------
+    name : str
+        What the caller calls this argument; the error begins with it.
+    value : str
+        What was given.
+    choices : tuple of str
+        What there is to choose from.
+
+    Raises
+    ------
+    TypeError
+        If the value is no string.
+    ValueError
+        If it is another one.
+
+    Examples
+    --------
+    >>> one_of("average", "up", ("at", "upto"))
+    Traceback (most recent call last):
+    ValueError: average: expected one of at, upto, got 'up'
+    """
     if not isinstance(value, str):
         raise TypeError(f"{name}: expected one of {', '.join(choices)}, got {value!r}")
     if value not in choices:
@@ -158,14 +243,34 @@ def one_of(name: str, value: object, choices: tuple[str, ...]) -> None:
 
 
 def each(name: str, values: Iterable[Item], what: str = "numbers", *, ordered: bool = True) -> list[Item]:
-    """Read several values, of which errors speak as `what`, where somebody may have given a single one.
+    """Read several values where somebody may have given a single one.
 
-    A set will do where they need not be `ordered`.
+    Parameters
+    ----------
+    name : str
+        What the caller calls this argument; the error begins with it.
+    values : iterable
+        The values.
+    what : str, optional
+        What the error calls them.
+    ordered : bool, optional
+        Whether their order counts, so that a set is refused.
+
+    Returns
+    -------
+    list
+        The values.
 
     Raises
     ------
     TypeError
         If it is no iterable, or text, or a mapping, or a set whose order would count.
+
+    Examples
+    --------
+    >>> each("at_ms", 80)
+    Traceback (most recent call last):
+    TypeError: at_ms: expected a sequence of numbers, got 80
     """
     single = isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable)
     if single or (ordered and isinstance(values, set | frozenset)):
@@ -174,17 +279,74 @@ def each(name: str, values: Iterable[Item], what: str = "numbers", *, ordered: b
 
 
 def is_integer(value: object) -> TypeGuard[int]:
-    """Say whether a value is an int or a numpy integer, and not a bool."""
+    """Say whether a value is an int or a numpy integer, and not a bool.
+
+    Parameters
+    ----------
+    value : object
+        Anything.
+
+    Returns
+    -------
+    bool
+        Whether it is.
+
+    Examples
+    --------
+    >>> is_integer(1), is_integer(1.0), is_integer(True)
+    (True, False, False)
+    """
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
 def is_real(value: object) -> TypeGuard[float]:
-    """Say whether a value is a whole number, a float or a numpy float, and not a bool."""
+    """Say whether a value is an integer or a float, of Python or numpy, and not a bool.
+
+    Parameters
+    ----------
+    value : object
+        Anything.
+
+    Returns
+    -------
+    bool
+        Whether it is.
+
+    Examples
+    --------
+    >>> is_real(1), is_real(1.0), is_real("1")
+    (True, True, False)
+    """
     return is_integer(value) or isinstance(value, float | np.floating)
 
 
 def positive_number(name: str, value: object) -> float:
-    """Read a positive, finite real number (an int or a float, not a bool)."""
+    """Read a positive, finite real number.
+
+    Parameters
+    ----------
+    name : str
+        What the caller calls this argument; the error begins with it.
+    value : int or float
+        Of Python or numpy; not a bool.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    TypeError
+        If it is no real number.
+    ValueError
+        If it is not positive, or not finite.
+
+    Examples
+    --------
+    >>> positive_number("fps", 25)
+    25.0
+    """
     if not is_real(value):
         raise TypeError(f"{name}: expected a positive number, got {value!r}")
     number = float(value)
@@ -194,7 +356,33 @@ def positive_number(name: str, value: object) -> float:
 
 
 def positive_integer(name: str, value: object) -> int:
-    """Read a positive integer (an int or a numpy integer, not a bool)."""
+    """Read a positive integer.
+
+    Parameters
+    ----------
+    name : str
+        What the caller calls this argument; the error begins with it.
+    value : int
+        Of Python or numpy; not a bool.
+
+    Returns
+    -------
+    int
+        The number.
+
+    Raises
+    ------
+    TypeError
+        If it is no integer.
+    ValueError
+        If it is not positive.
+
+    Examples
+    --------
+    >>> positive_integer("workers", 0)
+    Traceback (most recent call last):
+    ValueError: workers: expected a positive integer, got 0
+    """
     if not is_integer(value):
         raise TypeError(f"{name}: expected a positive integer, got {value!r}")
     if value <= 0:

@@ -76,7 +76,13 @@ def context_of(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def add_leaderboard_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of whatever prints a leaderboard."""
+    """Add the options of whatever prints a leaderboard.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Of the command.
+    """
     parser.add_argument("--published", action="store_true", help="show published rows of the same meaning, too")
     parser.add_argument(
         "--by", metavar="COLUMN", help="sort by this column, such as 'NPSS released' (default: the first)"
@@ -108,7 +114,27 @@ def run(options: argparse.Namespace) -> None:
 
 
 def leaderboard_of(source: Any, options: argparse.Namespace, **context: Any) -> Leaderboard:
-    """Return the leaderboard of whatever it can be made of."""
+    """Return the leaderboard of whatever it can be made of.
+
+    Parameters
+    ----------
+    source : object
+        As for `npss.leaderboard`.
+    options : Namespace
+        Those that `add_leaderboard_options` adds.
+    **context
+        As for `npss.leaderboard`.
+
+    Returns
+    -------
+    Leaderboard
+        The leaderboard.
+
+    Raises
+    ------
+    ValueError
+        If a method is named twice; or as `npss.leaderboard`.
+    """
     from npss.ranking._leaderboard import leaderboard  # here, since few commands need it
 
     methods: dict[str, list[str]] = {}
@@ -122,5 +148,13 @@ def leaderboard_of(source: Any, options: argparse.Namespace, **context: Any) -> 
 
 
 def show_leaderboard(board: Leaderboard, options: argparse.Namespace) -> None:
-    """Print a leaderboard."""
+    """Print a leaderboard.
+
+    Parameters
+    ----------
+    board : Leaderboard
+        The leaderboard.
+    options : Namespace
+        Those that `add_leaderboard_options` adds; ``format`` counts.
+    """
     print(getattr(board, f"to_{options.format}")())

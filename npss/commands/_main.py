@@ -10,7 +10,18 @@ from npss.console import Parser, run
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return its exit status: 0, or as `run` says."""
+    """Run the command ``npss``.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        By default those of the process.
+
+    Returns
+    -------
+    int
+        The exit status, as of `npss.console.run`.
+    """
     return run("npss", _parser, arguments)
 
 

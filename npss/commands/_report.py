@@ -72,7 +72,17 @@ def run(options: argparse.Namespace) -> None:
 
 
 def write_report(path: Path, submissions: Submissions, board: Leaderboard) -> None:
-    """Write the page of some submissions and their leaderboard."""
+    """Write the page of some submissions and their leaderboard.
+
+    Parameters
+    ----------
+    path : Path
+        The file to be written.
+    submissions : mapping of str to mapping of str to Pair
+        By model and action.
+    board : Leaderboard
+        Of the same models and actions.
+    """
     actions = list(dict.fromkeys(action for pairs in submissions.values() for action in pairs))
     parts = []
     with Progress("drawing") as progress:

@@ -76,7 +76,19 @@ def split_plugins(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def meant(unknown: Sequence[str], known: Iterable[str]) -> str:
-    """Return what may have been meant by arguments that there are not, to be added to a message; or nothing.
+    """Return what may have been meant by unknown arguments.
+
+    Parameters
+    ----------
+    unknown : sequence of str
+        Arguments as they were given; those that are no options are passed over.
+    known : iterable of str
+        The options that there are.
+
+    Returns
+    -------
+    str
+        The end of an error message; empty where nothing is close.
 
     Examples
     --------

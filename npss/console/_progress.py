@@ -66,6 +66,16 @@ class Progress:
 def duration(seconds: float) -> str:
     """Return a time in words, to two digits or so.
 
+    Parameters
+    ----------
+    seconds : float
+        The time.
+
+    Returns
+    -------
+    str
+        In seconds, minutes, hours or days.
+
     Examples
     --------
     >>> [duration(seconds) for seconds in (3.2, 100, 7790, 273_000)]

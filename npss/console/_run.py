@@ -23,8 +23,6 @@ _OF_BASELINES = ("filelock", "jsonargparse", "lightning", "safetensors", "torch"
 def run(prog: str, parser: Callable[[], argparse.ArgumentParser], arguments: Sequence[str] | None) -> int:
     """Import the plugins, parse the arguments and call the ``run`` that they chose.
 
-    Its errors become one line and status 2; Ctrl-C becomes one line and status 130.
-
     Parameters
     ----------
     prog : str
@@ -33,6 +31,11 @@ def run(prog: str, parser: Callable[[], argparse.ArgumentParser], arguments: Seq
         Makes its parser; called after the plugins have registered what it lists.
     arguments : sequence of str or None
         Those of the command; None for those of this process.
+
+    Returns
+    -------
+    int
+        The exit status: 0; 2 after an error, which becomes one line; 130 after Ctrl-C.
     """
     allow_any_text()
     options = argparse.Namespace()

@@ -19,6 +19,23 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str, *, m
         A letter for each column: ``'l'`` to align it to the left, ``'r'`` to the right.
     markdown : bool, optional
         Write a Markdown table.
+
+    Returns
+    -------
+    str
+        Its lines.
+
+    Raises
+    ------
+    ValueError
+        If rows, header and alignment differ in length.
+
+    Examples
+    --------
+    >>> print(table(["model", "NPSS"], [["vgru-d", "0.5"]], "lr"))
+    model   NPSS
+    ------  ----
+    vgru-d   0.5
     """
     widths = [max(len(cell) for cell in column) for column in zip(header, *rows, strict=True)]
     columns = list(zip(widths, align, strict=True))
@@ -37,6 +54,16 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str, *, m
 def markdown_text(text: str) -> str:
     r"""Return text as Markdown shows it as it is: nothing in it is markup, a formula, or struck out.
 
+    Parameters
+    ----------
+    text : str
+        One line.
+
+    Returns
+    -------
+    str
+        The same, with marks escaped.
+
     Examples
     --------
     >>> print(markdown_text("~a_b~ $x$"))
@@ -48,7 +75,23 @@ def markdown_text(text: str) -> str:
 
 
 def markdown_code(text: str) -> str:
-    """Return text as code in Markdown, whatever marks of code are in it."""
+    """Return text as code in Markdown, whatever marks of code are in it.
+
+    Parameters
+    ----------
+    text : str
+        One line.
+
+    Returns
+    -------
+    str
+        The same, between as many marks as it takes.
+
+    Examples
+    --------
+    >>> print(markdown_code("a`b"))
+    `` a`b ``
+    """
     ticks = "`" * (1 + max(map(len, re.findall("`+", text)), default=0))
     blank = " " * (len(ticks) > 1)
     return f"{ticks}{blank}{text}{blank}{ticks}"

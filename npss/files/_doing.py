@@ -10,6 +10,21 @@ from contextlib import contextmanager
 def doing(what: str) -> Iterator[None]:
     """Let an OSError of the block say what was being done, and to which file.
 
+    Parameters
+    ----------
+    what : str
+        What the block does, such as ``'reading the votes'``.
+
+    Returns
+    -------
+    context manager
+        Of the block.
+
+    Raises
+    ------
+    OSError
+        That of the block, with `what` in front of its message.
+
     Examples
     --------
     >>> with doing("reading the votes"):

@@ -26,10 +26,23 @@ def parse_json(text: str) -> Any:
 
 
 def read_json(path: Path) -> Any:
-    """Return what a file in JSON says, as `parse_json`; the ValueError names the file.
+    """Return what a file in JSON says.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    object
+        A dict, list, str, int, float, bool or None.
 
     Raises
     ------
+    ValueError
+        If it is not UTF-8 or not JSON, is nested too deep to be read, or names a field of an object twice; names the
+        file.
     OSError
         If it cannot be read.
     """

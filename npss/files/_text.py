@@ -10,6 +10,16 @@ _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 def read_text(path: Path) -> str:
     r"""Return the text of a file; every end of line is ``\n``.
 
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    str
+        Its text, without a byte order mark.
+
     Raises
     ------
     ValueError

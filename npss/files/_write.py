@@ -12,9 +12,19 @@ from typing import Any, BinaryIO
 
 
 def check_output(path: Path, inputs: Iterable[Path] = ()) -> None:
-    """Raise the ValueError that nothing can be written there, before the work of making it.
+    """Make sure, before the work of making it, that a file can be written.
 
-    Nor is one of the `inputs` overwritten: whoever names one as the output has mistaken it for another.
+    Parameters
+    ----------
+    path : Path
+        The file to be written.
+    inputs : iterable of Path, optional
+        Files that are not to be overwritten: whoever names one as the output has mistaken it for another.
+
+    Raises
+    ------
+    ValueError
+        If there is no such folder, `path` is a folder, or it is one of the `inputs`.
     """
     if not path.absolute().parent.is_dir():
         raise ValueError(f"{path}: there is no folder {path.parent}")
@@ -30,6 +40,13 @@ def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
     The new file has a name of its own, so several processes may write the same `path`: the last one wins. What is no
     regular file (a device, a pipe) is written in place. A link stays a link: the file that it points to is replaced.
     Permissions stay as they are.
+
+    Parameters
+    ----------
+    path : Path
+        The file to be written.
+    write : callable
+        ``write(part)`` writes the new file, of whatever kind.
 
     Raises
     ------
@@ -56,7 +73,15 @@ def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
 
 
 def write_figure_atomically(path: Path, figure: Any) -> None:
-    """Write a figure of matplotlib as `write_atomically` does, in the format that the end of the name says, or PNG."""
+    """Write a figure of matplotlib as `write_atomically` does.
+
+    Parameters
+    ----------
+    path : Path
+        The file to be written; the end of its name says the format, which is PNG where it has none.
+    figure : Figure
+        The figure.
+    """
     write_stream_atomically(path, lambda stream: figure.savefig(stream, format=path.suffix[1:] or "png"))
 
 
@@ -72,10 +97,26 @@ def write_stream_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> Non
 
 
 def write_bytes_atomically(path: Path, content: bytes | memoryview) -> None:
-    """Write bytes as `write_atomically` does."""
+    """Write bytes as `write_atomically` does.
+
+    Parameters
+    ----------
+    path : Path
+        The file to be written.
+    content : bytes or memoryview
+        All that it is to hold.
+    """
     write_atomically(path, lambda part: part.write_bytes(content))
 
 
 def write_text_atomically(path: Path, text: str) -> None:
-    """Write text as UTF-8, with the ends of lines as they are, as `write_atomically` does."""
+    """Write text as UTF-8, with the ends of lines as they are, as `write_atomically` does.
+
+    Parameters
+    ----------
+    path : Path
+        The file to be written.
+    text : str
+        All that it is to hold.
+    """
     write_atomically(path, lambda part: part.write_text(text, encoding="utf-8", newline=""))

@@ -13,6 +13,19 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+__all__ = [
+    "COLOURS",
+    "GREY",
+    "SMALL",
+    "TINY",
+    "TRUTH",
+    "by_defaults",
+    "footnote",
+    "label",
+    "new_figure",
+    "tidy",
+]
+
 Given = ParamSpec("Given")
 Drawn = TypeVar("Drawn")
 
@@ -22,8 +35,11 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 DASHES = ("-", "--", ":", "-.")
 #: The ground truth.
 TRUTH = "#000000"
+#: What is less than the rest.
 GREY = "#767676"
-SMALL = 8  # points
+#: Size of labels, in points.
+SMALL = 8
+#: Size of footnotes and legends, in points.
 TINY = 7
 _LONGEST = 40  # letters of a name; a longer one would push the axes off the figure
 _LETTER = 0.56  # width of one, on average, in units of the size of the font
@@ -32,7 +48,15 @@ _LETTER = 0.56  # width of one, on average, in units of the size of the font
 def by_defaults(draw: Callable[Given, Drawn]) -> Callable[Given, Drawn]:
     """Let a function draw by matplotlib's own settings: a user's ``text.usetex`` would take names for TeX.
 
-    It raises the ImportError that says how to install matplotlib.
+    Parameters
+    ----------
+    draw : callable
+        The function.
+
+    Returns
+    -------
+    callable
+        The same, of which the call raises the ImportError that says how to install matplotlib.
     """
 
     @wraps(draw)
@@ -46,16 +70,42 @@ def by_defaults(draw: Callable[Given, Drawn]) -> Callable[Given, Drawn]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure, in inches, that no global state knows of, nor does it know of any."""
+    """Return an empty figure that no global state knows of, nor does it know of any.
+
+    Parameters
+    ----------
+    width, height : float
+        In inches.
+
+    Returns
+    -------
+    Figure
+        Without axes.
+    """
     from npss.plot._figure import Picture
 
     return Picture(figsize=(width, height), dpi=150, layout="constrained")
 
 
 def label(name: str) -> str:
-    """Return a name as matplotlib prints it as it is: not as a formula, and not hidden for its first letter.
+    r"""Return a name as matplotlib prints it as it is: not as a formula, and not hidden for its first letter.
 
     A long one is cut in the middle, since names mostly differ at their ends.
+
+    Parameters
+    ----------
+    name : str
+        Of a model or feature.
+
+    Returns
+    -------
+    str
+        One line.
+
+    Examples
+    --------
+    >>> print(label("cost in $"))
+    cost in \$
     """
     short = one_line(name)
     if len(short) > _LONGEST:
@@ -65,7 +115,15 @@ def label(name: str) -> str:
 
 
 def footnote(figure: Figure, *lines: str) -> None:
-    """Write below the axes what their numbers are, in as many lines as it takes."""
+    """Write below the axes what their numbers are, in as many lines as it takes.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    *lines : str
+        Each on a line of its own; long ones are broken.
+    """
     n_letters = int(figure.get_figwidth() * 72 / (_LETTER * TINY))
     text = "\n".join(_broken(line, n_letters) for line in lines).replace("$", r"\$")
     figure.supxlabel(text, x=0.01, ha="left", fontsize=TINY, color=GREY)
@@ -82,7 +140,15 @@ def _broken(line: str, n_letters: int) -> str:
 
 
 def tidy(axes: Axes, *, grid: str = "both") -> None:
-    """Leave the lines that help to read values, and no others."""
+    """Leave the lines that help to read values, and no others.
+
+    Parameters
+    ----------
+    axes : Axes
+        The axes.
+    grid : {'both', 'x', 'y', 'none'}, optional
+        Across which axis there are lines.
+    """
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelsize=SMALL)
     if grid != "none":

@@ -52,7 +52,23 @@ def read_submissions(paths: Iterable[Path], *, max_size: float = MAX_SIZE) -> di
 
 
 def sample_files(paths: Iterable[Path]) -> list[Path]:
-    """Return the files of samples that are meant: of a folder all that are in it, but hidden ones."""
+    """Return the files of samples that paths stand for.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        Files; or folders, for all files in them that are not hidden.
+
+    Returns
+    -------
+    list of Path
+        ``MODEL.h5``, or another format that is registered, or ``MODEL/samples.h5``.
+
+    Raises
+    ------
+    ValueError
+        If a path does not exist, is no file of samples, or a folder has none.
+    """
     files, known = [], suffixes("samples")
     for path in paths:
         if not path.exists():
@@ -75,7 +91,25 @@ def _hidden(file: Path, folder: Path) -> bool:
 
 
 def read_actions(file: Path, *, max_size: float = MAX_SIZE) -> dict[str, Pair]:
-    """Read a file of samples, by action, each prediction of the shape of its ground truth."""
+    """Read a file of samples, each prediction of the shape of its ground truth.
+
+    Parameters
+    ----------
+    file : Path
+        The file, ``.h5``, ``.hdf5`` or ``.npz``.
+    max_size : float, optional
+        How much memory its arrays may take, in GiB.
+
+    Returns
+    -------
+    dict of str to Pair
+        By action.
+
+    Raises
+    ------
+    ValueError
+        If it is no such file, or a prediction has another shape; names the file.
+    """
     pairs = {str(pair.name): pair for pair in read_poses(file, max_size=max_size)}
     for action, pair in pairs.items():
         if pair.gt.shape != pair.pred.shape:
@@ -96,7 +130,18 @@ def naming(model: str, action: str) -> Iterator[None]:
 
 
 def check_truths(submissions: Submissions) -> None:
-    """Raise the ValueError that names two models whose ground truths differ."""
+    """Make sure that all models predict the same motion.
+
+    Parameters
+    ----------
+    submissions : mapping of str to mapping of str to Pair
+        By model and action.
+
+    Raises
+    ------
+    ValueError
+        If the ground truths of an action differ; names two models.
+    """
     first: dict[str, tuple[str, Pair]] = {}
     for model, actions in submissions.items():
         for action, pair in actions.items():
@@ -121,8 +166,20 @@ def records_of(
 ) -> list[Record]:
     """Measure every prediction, by other metrics, too, with its single sequences: a record for each model and action.
 
-    Their blocks are given, by action; or they follow from ``protocol`` and the lengths of the clips, where both are
-    known.
+    Parameters
+    ----------
+    submissions : mapping of str to mapping of str to Pair
+        By model and action, ``(N, T, 99)`` exponential maps at 25 frames per second.
+    groups : mapping of str to sequence, optional
+        The blocks of the sequences, by action; by default they follow from ``protocol`` and the lengths of the clips,
+        where both are known.
+    **context
+        Known fields that the signatures state, such as ``protocol='srnn-8'``.
+
+    Returns
+    -------
+    list of dict
+        As `npss.records.measure` returns, with ``model`` and ``action``.
 
     Raises
     ------
@@ -153,7 +210,21 @@ def records_of(
 
 
 def known_blocks(protocol: object, action: str, shape: tuple[int, ...]) -> Groups:
-    """Return the blocks of the windows of a protocol, or None where it or the lengths of the clips are not known.
+    """Return the blocks of the windows of a protocol.
+
+    Parameters
+    ----------
+    protocol : object
+        Its name; any other value is a protocol that is not known.
+    action : str
+        Which of Human3.6M's.
+    shape : tuple of int
+        That of the motion, ``(N, T, ...)``.
+
+    Returns
+    -------
+    tuple of str or None
+        A label for each sequence; None where the protocol or the lengths of the clips are not known.
 
     Raises
     ------

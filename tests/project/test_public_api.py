@@ -1,31 +1,113 @@
-"""What is public: few names, sorted, documented, with examples that run; and nothing but numpy behind them."""
+"""What is public: what `docs/api` lists and an `__all__` holds, documented, with examples that run; and numpy alone."""
 
+import ast
 import doctest
 import importlib
 import inspect
+import pkgutil
+import re
 import subprocess
 import sys
+from collections import defaultdict
+from pathlib import Path
 
 import pytest
 
 import npss
-from modules import MODULES
+import npss_baselines
 
-NAMESPACES = (
-    *(npss, npss.metrics, npss.plot, npss.protocol, npss.published, npss.records, npss.rotations, npss.skeleton),
-    npss.study,
+ROOT = Path(__file__).parents[2]
+MODULES = sorted(
+    module.name
+    for package in (npss, npss_baselines)
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    if not module.name.endswith("__main__")
 )
-FUNCTIONS = [
-    (space.__name__, name) for space in NAMESPACES for name in space.__all__ if inspect.isfunction(getattr(space, name))
-]
+PUBLIC = ["npss", *(name for name in MODULES if name.startswith("npss.") and "._" not in name)]
+#: What packages on top of npss share with it; all else is for people who score motion, and has examples.
+SHARED = ("commands", "console", "extras", "files", "plot.style", "ranking", "records", "validation")
+FUNCTIONS = []
+for _name in PUBLIC:
+    if not _name.startswith("npss.torch") or importlib.util.find_spec("torch"):
+        _module = importlib.import_module(_name)
+        FUNCTIONS += [
+            (_name, name) for name in getattr(_module, "__all__", ()) if inspect.isfunction(getattr(_module, name))
+        ]
 
 
-@pytest.mark.parametrize("space", NAMESPACES, ids=lambda space: space.__name__)
-def test_public_names_are_sorted_and_exist(space):
-    assert list(space.__all__) == sorted(
-        space.__all__, key=lambda name: (not name.isupper(), not name[0].isupper(), name)
-    )
-    assert all(hasattr(space, name) for name in space.__all__)
+def public_names(name):
+    """Read `__all__` without importing the module, which may need what is not installed."""
+    path = Path(npss.__file__).parents[1].joinpath(*name.split("."))
+    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    values = [
+        node.value
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.Assign) and any(getattr(target, "id", "") == "__all__" for target in node.targets)
+    ]
+    return [name for value in values for name in ast.literal_eval(value)]
+
+
+def documented_names():
+    """Return what the directives of `docs/api` document, by module."""
+    found = defaultdict(set)
+    for page in sorted((ROOT / "docs" / "api").glob("*.md")):
+        module = ""
+        for kind, name, options in re.findall(
+            r"^\.\. (\S+):: (\S+)\n((?: +:.*\n)*)", page.read_text(encoding="utf-8"), flags=re.MULTILINE
+        ):
+            if kind in ("automodule", "py:module"):
+                module = name
+                found[name].update(public_names(name) if ":members:" in options else ())
+                if excluded := re.search(r":exclude-members: (.*)", options):
+                    found[name].difference_update(excluded[1].split(", "))
+                if parent := name.rpartition(".")[0]:
+                    found[parent].add(name.rpartition(".")[2])
+            else:
+                parent, _, last = name.rpartition(".")
+                found[parent or module].add(last)
+    return found
+
+
+def test_public_is_what_the_documentation_lists_and_all_holds():
+    documented = documented_names()
+    assert set(documented) - {"npss.ranking._frame"} == set(PUBLIC)
+    for name in PUBLIC:
+        submodules = {module.rpartition(".")[2] for module in PUBLIC if module.rpartition(".")[0] == name}
+        names = set(public_names(name))
+        elsewhere = {"Interval"} if name == "npss.study" else set()  # which is npss.Interval
+        assert documented[name] - submodules == names - submodules - elsewhere, name
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_public_names_are_sorted_and_exist(name):
+    names = public_names(name)
+    assert names
+    assert names == sorted(names, key=lambda name: (not name.isupper(), not name[0].isupper(), name))
+    if name.startswith("npss.torch"):
+        pytest.importorskip("torch")
+    module = importlib.import_module(name)
+    assert all(hasattr(module, name) for name in names)
+
+
+def test_the_baselines_import_public_names_alone():
+    private = [
+        f"{path}:{node.lineno}: {module} {name}"
+        for path in sorted(Path(npss_baselines.__file__).parent.rglob("*.py"))
+        for node, module, name in imports_of_npss(ast.parse(path.read_text(encoding="utf-8")))
+        if not (module in PUBLIC and (name in public_names(module) or f"{module}.{name}" in PUBLIC))
+    ]
+    assert private == []
+
+
+def imports_of_npss(tree):
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "npss" and not node.level:
+            yield from ((node, node.module, alias.name) for alias in node.names)
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names if alias.name.partition(".")[0] == "npss"]
+            yield from ((node, *(name if "." in name else f"{name}.score").rsplit(".", 1)) for name in names)
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "npss":
+            yield node, "npss", node.attr
 
 
 @pytest.mark.parametrize("name", ["npss", "npss_baselines", *MODULES])
@@ -39,8 +121,16 @@ def test_examples_run(name):
 
 @pytest.mark.parametrize(("space", "name"), FUNCTIONS)
 def test_public_functions_are_documented_in_whole(space, name):
-    text = inspect.getdoc(getattr(sys.modules[space], name))
-    for section in ("Parameters", "Returns", "Raises", "Examples"):
+    function = getattr(sys.modules[space], name)
+    sections = ["Parameters"]
+    if space.removeprefix("npss.") in SHARED:
+        sections += ["Returns"] * (inspect.signature(function).return_annotation != "None")
+        nodes = ast.walk(ast.parse(inspect.getsource(function).lstrip()))
+        sections += ["Raises"] * any(isinstance(node, ast.Raise) for node in nodes)
+    else:
+        sections += ["Returns", "Raises", "Examples"]
+    text = inspect.getdoc(function)
+    for section in sections:
         assert f"\n{section}\n---" in text, section
 
 
