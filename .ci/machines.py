@@ -55,7 +55,7 @@ def run(name: str, variables: Mapping[str, str]) -> bool:
         for path in sorted(Path("tests").rglob("test_*.py"))
         if "mark.numeric" in path.read_text(encoding="utf-8")
     ]
-    environment = {"OMP_NUM_THREADS": "1"} | os.environ | variables
+    environment = {"OMP_NUM_THREADS": "1", "NPSS_HYPOTHESIS": "few"} | os.environ | variables
     start = time.monotonic()
     left = subprocess.run(
         [sys.executable, "-c", LEFT],

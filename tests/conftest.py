@@ -15,11 +15,50 @@ settings.register_profile(
     max_examples=60,
     suppress_health_check=[HealthCheck.too_slow],
 )
+settings.register_profile("few", parent=settings.get_profile("npss"), max_examples=5)  # where much is run many times
 settings.register_profile("explore", parent=settings.get_profile("npss"), derandomize=False, max_examples=2000)
 settings.load_profile(os.environ.get("NPSS_HYPOTHESIS", "npss"))
 
-#: What only the reference models and their pages need. Without torch, the core's tests run by themselves.
-BEYOND_THE_CORE = ("torch", "torchmetrics", "lightning", "jsonargparse", "safetensors", "selenium")
+#: What only npss_baselines and the tests of pages need. Without torch, the core's tests run by themselves.
+BEYOND_THE_CORE = (
+    "docstring_parser",
+    "filelock",
+    "jsonargparse",
+    "lightning",
+    "safetensors",
+    "selenium",
+    "torch",
+    "torchmetrics",
+)
+
+#: Markers of the tests that use a fixture.
+MARKER_OF_FIXTURE = {
+    "browser": "browser",
+    "cmu_root": "real_data",
+    "cmu_styles_root": "real_data",
+    "gpu": "gpu",
+    "h36m_root": "real_data",
+    "processes": "slow",
+    "samples_root": "real_data",
+}
+
+
+@pytest.hookimpl(tryfirst=True)  # before `-m` selects
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark tests by what they use."""
+    for item in items:
+        for fixture in getattr(item, "fixturenames", ()):
+            if fixture in MARKER_OF_FIXTURE:
+                item.add_marker(MARKER_OF_FIXTURE[fixture])
+
+
+def missing_module(error: BaseException | None) -> str | None:
+    """Return the module whose absence led to an error."""
+    while error is not None:
+        if isinstance(error, ModuleNotFoundError):
+            return (error.name or "").partition(".")[0]
+        error = error.__cause__ or error.__context__
+    return None
 
 
 class Module(pytest.Module):
@@ -29,7 +68,7 @@ class Module(pytest.Module):
         try:
             return super().collect()
         except self.CollectError as error:
-            missing = getattr(error.__cause__, "name", None)
+            missing = missing_module(error)
             if missing in BEYOND_THE_CORE and importlib.util.find_spec("torch") is None:
                 pytest.skip(f"the whole file needs {missing}", allow_module_level=True)
             raise
@@ -82,3 +121,30 @@ def cmu_root() -> Path:
 def cmu_styles_root() -> Path:
     """The folder that holds ``indian/04.bvh`` ... of CMU."""
     return _folder("NPSS_CMU_STYLES", "CMU clips of dances and martial arts (BVH)")
+
+
+@pytest.fixture
+def gpu() -> None:
+    """Skip where there is no CUDA device."""
+    torch = pytest.importorskip("torch")
+    if not torch.cuda.is_available():
+        pytest.skip("needs a CUDA device")
+
+
+@pytest.fixture(scope="module")
+def one_thread() -> Iterator[None]:
+    """Small tensors on shared cores: threads of torch that wait for each other would cost most of the time."""
+    import torch
+
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
+
+
+@pytest.fixture
+def one_thread_and_a_seed(one_thread: None) -> None:
+    """One thread, and the same random numbers each time."""
+    import torch
+
+    torch.manual_seed(0)

@@ -93,3 +93,8 @@ def _cumulative(values):
 
 def _l1(first, second):
     return sum(abs(a - b) for a, b in zip(first, second, strict=True))
+
+
+def sigmoid(x):
+    """The logistic function."""
+    return 1 / (1 + np.exp(-x))

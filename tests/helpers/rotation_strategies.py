@@ -1,6 +1,7 @@
 """The conversions by name, and hypothesis strategies for rotations."""
 
 import numpy as np
+import pytest
 from hypothesis import strategies as st
 
 from npss import rotations
@@ -15,6 +16,17 @@ PAIRS = [(source, target) for source in FORMS for target in FORMS if source != t
 PROPER = ("XYX", "XZX", "YXY", "YZY", "ZXZ", "ZYZ")
 TAIT_BRYAN = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 LETTERS = [*PROPER, *TAIT_BRYAN, *map(str.lower, PROPER), *map(str.lower, TAIT_BRYAN)]
+
+both_precisions = pytest.mark.parametrize("dtype", [np.float64, np.float32])
+
+
+def is_proper(seq):
+    return seq.upper() in PROPER
+
+
+def around(difference):
+    """The size of the difference of two angles, in [0, pi]."""
+    return np.abs((difference + np.pi) % (2 * np.pi) - np.pi)
 
 
 def converter(source, target):

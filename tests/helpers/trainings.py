@@ -96,15 +96,6 @@ def outcome(out):
     }
 
 
-def same(first, second):
-    """Whether two outcomes are equal to the bit."""
-    if isinstance(first, dict):
-        return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
-    if isinstance(first, list | tuple):
-        return len(first) == len(second) and all(same(a, b) for a, b in zip(first, second, strict=True))
-    return torch.equal(first, second) if isinstance(first, torch.Tensor) else first == second
-
-
 def train_until_killed(out, configuration, moment, number):
     """Train in a process of its own, which kills itself when something happens for the so-manieth time."""
     MODELS.register("tiny", TINY)

@@ -13,8 +13,6 @@ from npss import gait, poses_to_euler
 from npss.skeleton import FEATURE_NAMES, H36M, Skeleton, poses_to_positions
 from npss_baselines.data import h36m
 
-pytestmark = pytest.mark.numeric
-
 JOINT = {name: j for j, name in enumerate(H36M.names)}
 
 
@@ -50,6 +48,7 @@ def path_oracle(poses):
     return np.array(positions)
 
 
+@pytest.mark.numeric
 def test_poses_against_row_vectors_joint_by_joint():
     poses = random_poses(2, 5)
     got = poses_to_positions(poses)
@@ -58,6 +57,7 @@ def test_poses_against_row_vectors_joint_by_joint():
     np.testing.assert_allclose(got, expected, rtol=0, atol=1e-9)
 
 
+@pytest.mark.numeric
 def test_a_path_against_row_vectors_frame_by_frame():
     poses = random_poses(2, 6, seed=1)
     got = poses_to_positions(poses, root="path")
@@ -65,6 +65,7 @@ def test_a_path_against_row_vectors_frame_by_frame():
     np.testing.assert_allclose(got[:, 0], poses_to_positions(poses[:, 0]), rtol=0, atol=1e-9)
 
 
+@pytest.mark.numeric
 def test_a_fixed_root_hides_what_is_not_scored():
     poses = random_poses(3, 4)
     moved = poses.copy()
@@ -74,6 +75,7 @@ def test_a_fixed_root_hides_what_is_not_scored():
     assert abs(poses_to_positions(poses, root="path") - poses_to_positions(moved, root="path")).max() > 1
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("root", ["fixed", "path"])
 @pytest.mark.parametrize("leading", [(1,), (0,), (2, 0), (0, 3)])
 def test_leading_axes_and_precision(root, leading):
@@ -91,6 +93,7 @@ def test_whole_numbers_without_a_sign():
     np.testing.assert_array_equal(poses_to_positions(poses), poses_to_positions(poses.astype(float)))
 
 
+@pytest.mark.numeric
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["fixed", "path"]))
 def test_bones_keep_their_lengths(seed, root):
     positions = poses_to_positions(random_poses(3, seed=seed), root=root)
@@ -116,6 +119,7 @@ def trees(draw):
     return parents
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("bones_change", [False, True])
 @given(trees(), st.integers(0, 2**32 - 1))
 def test_any_tree_against_a_walk_up_to_the_root(bones_change, parents, seed):
@@ -143,6 +147,7 @@ def test_the_root_is_at_its_offset_unless_told():
     assert skeleton.positions(straight.astype(np.float32), root=root).dtype == np.float32
 
 
+@pytest.mark.numeric
 def test_bones_that_change():
     """Offsets of every frame are taken in place of the skeleton's, that of the root among them."""
     skeleton = Skeleton(["a", "b"], [-1, 0], [[1, 2, 3], [4, 0, 0]])
@@ -162,6 +167,7 @@ def test_bones_that_change():
         skeleton.positions(straight, offsets=[[["0"] * 3] * 2] * 2)
 
 
+@pytest.mark.numeric
 def test_poses_are_positions_of_the_transposed_rotations():
     poses = random_poses(4)
     maps = poses[:, 3:].reshape(4, 32, 3).copy()
@@ -283,6 +289,7 @@ def test_bad_poses():
         poses_to_positions(np.zeros((2, 99)), root=None)
 
 
+@pytest.mark.numeric
 def test_a_generated_gait_stands_upright():
     positions = poses_to_positions(gait.gait(4, 100, seed=0))
     height = positions[..., 1].mean(axis=(0, 1))

@@ -23,7 +23,7 @@ EVERY_CONVENTION = [
     npss.Convention(**dict(zip(CHOICES, choices, strict=True))) for choices in itertools.product(*CHOICES.values())
 ]
 SHAPE = (2, 6, 3)
-on_gpu = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
+pytestmark = pytest.mark.usefixtures("one_thread")
 
 
 def tensors(pair, dtype=torch.float64, **kwargs):
@@ -32,15 +32,6 @@ def tensors(pair, dtype=torch.float64, **kwargs):
 
 def noise(seed=0, shape=SHAPE):
     return np.random.default_rng(seed).normal(size=(2, *shape)) + 0.5
-
-
-@pytest.fixture(scope="module", autouse=True)
-def one_thread():
-    """Small tensors on shared cores: threads that wait for each other cost most of the time."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
 
 
 @pytest.fixture
@@ -124,7 +115,7 @@ def test_a_huge_feature_without_power_sets_no_scale(dtype):
     assert value == pytest.approx(expected, rel=1e-4)
 
 
-@on_gpu
+@pytest.mark.usefixtures("gpu")
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 @pytest.mark.parametrize("name", NAMES)
 def test_on_a_gpu(dtype, name):
@@ -450,7 +441,7 @@ def test_the_sums_move(make):
     assert metric.numerator.dtype == torch.float64
 
 
-@on_gpu
+@pytest.mark.usefixtures("gpu")
 def test_the_metric_on_a_gpu(make):
     gt, pred = tensors(noise(), torch.float32, device="cuda")
     metric = filled(make().to("cuda"), gt, pred)

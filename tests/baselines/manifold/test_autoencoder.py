@@ -13,8 +13,6 @@ from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderCo
 from npss_baselines.manifold.model.projector import Manifold, mirrored
 from npss_baselines.manifold.motion.scaling import SCALES, Scaling, fit_scaling
 
-pytestmark = pytest.mark.numeric
-
 SMALL = AutoencoderConfig(n_features=9, widths=(5, 7, 6), kernel=5)
 
 
@@ -60,6 +58,7 @@ def by_hand(x, layers, config):
     return code, x
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("unpool", ["both", "half"])
 @pytest.mark.parametrize("pool", [1, 2, 3])
 @pytest.mark.parametrize("depth", [1, 2, 3])
@@ -75,6 +74,7 @@ def test_the_network_is_the_papers(unpool, pool, depth):
         np.testing.assert_allclose(back, expected, atol=1e-10)
 
 
+@pytest.mark.numeric
 def test_without_pooling_the_inverse_of_identity_filters_inverts():
     config = AutoencoderConfig(n_features=6, widths=(6, 6, 6), pool=1, eps=1e-9)
     made = network(config)
@@ -90,6 +90,7 @@ def test_without_pooling_the_inverse_of_identity_filters_inverts():
     assert (made.project(x) - x).abs().max() > 0.1
 
 
+@pytest.mark.numeric
 def test_both_ways_share_one_storage():
     made = network()
     assert sum(parameter.numel() for parameter in made.parameters()) == 5 * (9 * 5 + 5 * 7 + 7 * 6) + 5 + 7 + 6
@@ -101,12 +102,14 @@ def test_both_ways_share_one_storage():
     assert not torch.allclose(layer.inverse(y), before[1])
 
 
+@pytest.mark.numeric
 def test_the_inverse_is_the_adjoint():
     weight = torch.randn(4, 9, 5, dtype=torch.float64)
     x, y = motion(3, 12), motion(3, 12, 4)
     assert ((convolve(x, weight) * y).sum() - (x * spread(y, weight)).sum()).abs() < 1e-12
 
 
+@pytest.mark.numeric
 def test_pooling_is_inverted_to_one_place_by_chance_and_on_average_evenly():
     layer = TiedLayer(4, 4, AutoencoderConfig(n_features=4, widths=(4,), kernel=1, eps=1e-6)).double()
     with torch.no_grad():
@@ -123,6 +126,7 @@ def test_pooling_is_inverted_to_one_place_by_chance_and_on_average_evenly():
     torch.testing.assert_close(layer.inverse(y, "both").detach(), torch.stack([values, values], 1))
 
 
+@pytest.mark.numeric
 def test_values_outside_of_tanh_are_clipped():
     layer = network().first()[0]
     beyond = torch.tensor([-7.0, -1.0, 1.0, 30.0], dtype=torch.float64).view(1, 4, 1).expand(1, 4, 5)
@@ -130,6 +134,7 @@ def test_values_outside_of_tanh_are_clipped():
     assert layer.inverse(beyond).isfinite().all()
 
 
+@pytest.mark.numeric
 @given(st.integers(1, 40), st.integers(0, 2**32 - 1))
 def test_a_shift_by_a_stride_moves_the_code_by_a_step(shift, seed):
     made = network(seed=3)
@@ -146,6 +151,7 @@ def test_a_shift_by_a_stride_moves_the_code_by_a_step(shift, seed):
         assert np.abs(moved[clear] - still[clear]).max() > 1e-3
 
 
+@pytest.mark.numeric
 def test_gradients_by_finite_differences():
     made = network(replace(SMALL, widths=(3, 2), n_features=4, kernel=3))
     x = motion(2, 8, 4)
@@ -199,6 +205,7 @@ def projector(n_joints=2, seed=0, dtype=torch.float32):
     return Manifold(network(replace(SMALL, n_features=n_features), dtype=dtype), statistics, "some")
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("n_joints", [1, 2, 20, 31])
 def test_any_skeleton(n_joints):
     manifold, n_features = projector(n_joints), 3 * n_joints + 3
@@ -207,6 +214,7 @@ def test_any_skeleton(n_joints):
     assert manifold.project(features).shape == features.shape
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", [1, 2, 7, 8, 9, 24, 161])
 def test_any_length(n_frames):
     manifold = projector(dtype=torch.float64)  # atanh makes an error up to 500 times as large, in each of three layers
@@ -223,6 +231,7 @@ def test_any_length(n_frames):
     np.testing.assert_allclose(projected[-1], expected[0, :n_frames], rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.numeric
 def test_single_precision_codes_are_those_of_double_precision():
     features = np.random.default_rng(1).normal(3, 5, (70, 161, 9))
     single = projector()
@@ -237,6 +246,7 @@ def test_single_precision_codes_are_those_of_double_precision():
     np.testing.assert_allclose(code, double.encode(features), rtol=0, atol=tolerance)
 
 
+@pytest.mark.numeric
 def test_mirroring_is_at_the_last_frame():
     rows = np.arange(3.0).reshape(1, 3, 1)
     assert mirrored(rows, 8).ravel().tolist() == [0, 1, 2, 1, 0, 1, 2, 1]
@@ -267,6 +277,7 @@ def test_what_cannot_be_projected():
 # --- normalisation ---
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("scale", SCALES)
 def test_statistics_are_of_the_frames_that_are_there(scale):
     rng = np.random.default_rng(0)

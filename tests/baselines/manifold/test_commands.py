@@ -8,45 +8,19 @@ from dataclasses import replace
 import matplotlib as mpl
 import numpy as np
 import pytest
-import torch
 
 import npss
 from npss_baselines.__main__ import main
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.restore import RESTORATIONS
 from npss_baselines.manifold.evaluation import measure, similarity, table
-from npss_baselines.manifold.evaluation.measure import measure_all
 from npss_baselines.manifold.evaluation.pca_size import Restoration
 from npss_baselines.manifold.evaluation.restoration import restoration
 from npss_baselines.manifold.evaluation.testbed import Testbed
-from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
-from npss_baselines.manifold.model.projector import Manifold
-from npss_baselines.manifold.motion.prepared import motion_set
-from npss_baselines.manifold.motion.scaling import fit_scaling
 from npss_baselines.manifold.show import drawing, figures
 from npss_baselines.manifold.training import folder
 from npss_baselines.manifold.training.config import FILE, defaults, write
-
-
-def manifold_of(motions, seed=0):
-    torch.manual_seed(seed)
-    network = Autoencoder(AutoencoderConfig(widths=(12, 10), kernel=5)).eval()
-    return Manifold(network, fit_scaling(motions.windows, motions.mask, "kind"), f"untrained-{seed}")
-
-
-@pytest.fixture(scope="module")
-def motions():
-    return motion_set(quick=True)  # 8 walks
-
-
-@pytest.fixture(scope="module")
-def testbed(motions):
-    return Testbed(motions, {"manifold": manifold_of(motions)})
-
-
-@pytest.fixture(scope="module")
-def records(testbed):
-    return list(measure_all(testbed))
+from untrained import manifold_of
 
 
 class TestTable:

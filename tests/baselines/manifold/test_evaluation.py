@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
 
 import npss
 from npss.gait import gait
@@ -18,37 +17,13 @@ from npss_baselines.manifold.evaluation import pca_size, restoration, similarity
 from npss_baselines.manifold.evaluation.measure import measure_all
 from npss_baselines.manifold.evaluation.pca_size import Restoration
 from npss_baselines.manifold.evaluation.testbed import RESERVED, Testbed, fingerprint
-from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
 from npss_baselines.manifold.model.pca import fit_pca
-from npss_baselines.manifold.model.projector import Manifold
 from npss_baselines.manifold.motion import measures
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.features import local_positions
-from npss_baselines.manifold.motion.prepared import motion_set
-from npss_baselines.manifold.motion.scaling import fit_scaling
+from untrained import manifold_of
 
 RESTORED = ["input", "linear", "pca", "pca-best", "manifold", "pca-best, known kept", "manifold, known kept"]
-
-
-@pytest.fixture(scope="module")
-def motions():
-    return motion_set(quick=True)  # 8 walks
-
-
-def manifold_of(motions, seed=0):
-    torch.manual_seed(seed)
-    network = Autoencoder(AutoencoderConfig(widths=(12, 10), kernel=5)).eval()
-    return Manifold(network, fit_scaling(motions.windows, motions.mask, "kind"), f"untrained-{seed}")
-
-
-@pytest.fixture(scope="module")
-def testbed(motions):
-    return Testbed(motions, {"manifold": manifold_of(motions)})
-
-
-@pytest.fixture(scope="module")
-def records(testbed):
-    return list(measure_all(testbed))
 
 
 def value(records, application, method, metric):

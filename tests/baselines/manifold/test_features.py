@@ -18,8 +18,6 @@ from npss_baselines.manifold.motion.ground import BELOW_GROUND, level, on_ground
 from npss_baselines.manifold.motion.resample import resample
 from npss_baselines.manifold.motion.windows import STEP, WINDOW, left_out, windows_of
 
-pytestmark = pytest.mark.numeric
-
 J = {name: j for j, name in enumerate(JOINTS.names)}
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -72,6 +70,7 @@ def features_oracle(positions):
 # Features
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("motion", [walk(), random_motion(3)])
 def test_features_against_matrices_frame_by_frame(motion):
     got = to_features(motion, JOINTS)
@@ -79,6 +78,7 @@ def test_features_against_matrices_frame_by_frame(motion):
     np.testing.assert_allclose(got, features_oracle(motion), rtol=0, atol=1e-12)
 
 
+@pytest.mark.numeric
 def test_a_figure_that_stands_has_itself_for_features():
     rest = np.tile(JOINTS.positions(np.tile(np.eye(3), (20, 1, 1))), (5, 1, 1))
     np.testing.assert_allclose(
@@ -86,6 +86,7 @@ def test_a_figure_that_stands_has_itself_for_features():
     )
 
 
+@pytest.mark.numeric
 def test_left_is_left_ahead_is_ahead_and_left_turns_are_positive():
     angle = np.linspace(0, np.pi / 2, 31)  # from facing +z to facing +x, which is its left
     rest = JOINTS.positions(np.tile(np.eye(3), (20, 1, 1)))
@@ -99,6 +100,7 @@ def test_left_is_left_ahead_is_ahead_and_left_turns_are_positive():
     assert abs(features[:, -2]).max() < 0.002
 
 
+@pytest.mark.numeric
 @given(SEEDS, st.floats(-10, 10), st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)))
 def test_where_a_motion_is_and_which_way_it_faces_does_not_matter(seed, angle, place):
     motion = random_motion(seed)
@@ -109,6 +111,7 @@ def test_where_a_motion_is_and_which_way_it_faces_does_not_matter(seed, angle, p
     np.testing.assert_allclose(got, expected, rtol=0, atol=1e-9)
 
 
+@pytest.mark.numeric
 def test_height_matters_and_so_does_a_tilt():
     motion = random_motion(1)
     higher = to_features(motion + (0, 0.5, 0), JOINTS) - to_features(motion, JOINTS)
@@ -117,18 +120,21 @@ def test_height_matters_and_so_does_a_tilt():
     assert abs(to_features(tilted, JOINTS) - to_features(motion, JOINTS)).max() > 0.1
 
 
+@pytest.mark.numeric
 @given(SEEDS)
 def test_recovery(seed):
     motion = random_motion(seed)
     np.testing.assert_allclose(to_positions(to_features(motion, JOINTS)), begun(motion), rtol=0, atol=1e-12)
 
 
+@pytest.mark.numeric
 @given(SEEDS)
 def test_features_are_those_of_what_is_recovered_from_them(seed):
     features = to_features(random_motion(seed), JOINTS)
     np.testing.assert_allclose(to_features(to_positions(features), JOINTS), features, rtol=0, atol=1e-12)
 
 
+@pytest.mark.numeric
 def test_the_velocities_of_the_first_frame_do_not_matter_for_recovery():
     features = to_features(random_motion(5), JOINTS)
     other = features.copy()
@@ -138,6 +144,7 @@ def test_the_velocities_of_the_first_frame_do_not_matter_for_recovery():
     assert abs(to_positions(other) - to_positions(features)).max() > 1
 
 
+@pytest.mark.numeric
 @given(SEEDS, st.integers(1, 8))
 def test_features_of_a_part_are_a_part_of_the_features(seed, start):
     motion = random_motion(seed)
@@ -154,6 +161,7 @@ def test_turns_beyond_half_a_turn_are_taken_the_short_way():
     np.testing.assert_allclose(turns, [2 * np.pi - 6, 6 - 2 * np.pi, -3])
 
 
+@pytest.mark.numeric
 def test_leading_axes_and_precision():
     motions = np.stack([random_motion(1), random_motion(2)])
     features = to_features(motions[np.newaxis], JOINTS)
@@ -168,6 +176,7 @@ def test_leading_axes_and_precision():
     assert np.shares_memory(local_positions(features), features)
 
 
+@pytest.mark.numeric
 def test_a_single_frame_does_not_move():
     features = to_features(walk()[:1], JOINTS)
     assert not features[0, -3:].any()
@@ -242,6 +251,7 @@ def lengths(positions, skeleton=JOINTS):
 TARGET = np.linalg.norm(JOINTS.offsets[1:], axis=-1)
 
 
+@pytest.mark.numeric
 @given(SEEDS)
 def test_lengths_are_those_of_the_skeleton_and_directions_stay(seed):
     motion = 170 * random_motion(seed)
@@ -251,6 +261,7 @@ def test_lengths_are_those_of_the_skeleton_and_directions_stay(seed):
     np.testing.assert_allclose(direction, lengths(motion)[1], rtol=0, atol=1e-12)
 
 
+@pytest.mark.numeric
 @given(SEEDS, st.floats(1e-3, 1e3))
 def test_normalising_twice_changes_nothing_and_the_unit_does_not_matter(seed, unit):
     once = normalise_lengths(random_motion(seed), JOINTS)
@@ -258,6 +269,7 @@ def test_normalising_twice_changes_nothing_and_the_unit_does_not_matter(seed, un
     np.testing.assert_allclose(normalise_lengths(unit * random_motion(seed), JOINTS), once, rtol=0, atol=1e-12)
 
 
+@pytest.mark.numeric
 def test_the_path_is_scaled_by_the_legs():
     motion = random_motion(4)
     leg = sum(np.linalg.norm(motion[:, J[f"{side}{a}"]] - motion[:, J[f"{side}{b}"]], axis=-1).mean()
@@ -270,6 +282,7 @@ def test_the_path_is_scaled_by_the_legs():
     assert abs(hands[:, 0] - normalise_lengths(motion, JOINTS)[:, 0]).max() > 1e-3
 
 
+@pytest.mark.numeric
 def test_a_joint_may_be_its_parents_only_where_the_skeleton_has_no_bone():
     names, parents = ["root", "knee", "foot", "tip"], [-1, 0, 1, 2]
     blunt = Skeleton(names, parents, [[0, 0, 0], [0, -2, 0], [0, -2, 0], [0, 0, 0]])
@@ -317,6 +330,7 @@ def degrees_from_level(motion, flat):
     return np.degrees(np.arccos(turn.apply([0, 1, 0])[1]))
 
 
+@pytest.mark.numeric
 @given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
 def test_level_undoes_any_tilt(about_x, about_z):
     flat = standing_here_and_there(3)
@@ -327,6 +341,7 @@ def test_level_undoes_any_tilt(about_x, about_z):
     np.testing.assert_allclose(lengths(got)[0], lengths(flat)[0], rtol=1e-9)
 
 
+@pytest.mark.numeric
 def test_the_further_motion_goes_the_less_the_first_frame_matters():
     angles = [degrees_from_level(level(flat, JOINTS), flat) for flat in map(standing_here_and_there, (0, 0.1, 0.3, 3))]
     assert angles[0] > angles[1] > angles[2] > angles[3]
@@ -334,6 +349,7 @@ def test_the_further_motion_goes_the_less_the_first_frame_matters():
     assert angles[3] < 0.05
 
 
+@pytest.mark.numeric
 def test_level_takes_the_first_frame_where_nothing_touches_the_ground():
     rest = JOINTS.positions(np.tile(np.eye(3), (20, 1, 1)))
     flying = rest + np.arange(50)[:, np.newaxis, np.newaxis] * np.array([0.1, 0.05, 0.02])
@@ -344,6 +360,7 @@ def test_level_takes_the_first_frame_where_nothing_touches_the_ground():
     np.testing.assert_allclose(got[..., 1], (flying[1:] @ turn.T)[..., 1], rtol=0, atol=1e-9)
 
 
+@pytest.mark.numeric
 def test_the_ground_is_where_feet_are():
     motion = on_ground(walk() + (0, 3, 0))
     lowest = motion[..., 1].min(axis=-1)
@@ -358,6 +375,7 @@ def tone(hertz, fps, n_frames, phase=0.3):
     return np.sin(2 * np.pi * hertz * np.arange(n_frames) / fps + phase)[:, np.newaxis]
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize(
     ("fps", "rate"), [(120, 120), (50, 50), (120.0000480000192, 120), (59.94, 59.94), (1 / 0.008333, 120)]
 )
@@ -367,6 +385,7 @@ def test_tones_that_the_new_rate_can_hold_are_kept(fps, rate):
         np.testing.assert_allclose(got, tone(hertz, 30, 2000)[30 : 30 + len(got)], rtol=0, atol=2e-3)
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("fps", [120, 50, 59.94, 100])
 def test_tones_that_the_new_rate_cannot_hold_are_suppressed_not_folded(fps):
     for hertz in (15, 16, 18, 22, 24.9):
@@ -375,6 +394,7 @@ def test_tones_that_the_new_rate_cannot_hold_are_suppressed_not_folded(fps):
         assert abs(motion[:: round(fps / 30)][40:-40]).max() > 0.5  # what every n-th frame makes of it
 
 
+@pytest.mark.numeric
 @given(st.integers(1, 400), st.sampled_from([120, 50, 25, 59.94, 29.97, 100, 24, 240]), SEEDS)
 def test_length_first_frame_and_motion_at_constant_speed(n_frames, fps, seed):
     rng = np.random.default_rng(seed)
@@ -394,6 +414,7 @@ def test_a_constant_is_exact_far_from_the_origin_beside_what_moves():
     assert abs(resample(motion, 50)[:, 1] - 1e6).max() < 1e-6
 
 
+@pytest.mark.numeric
 @given(st.integers(1, 40), st.sampled_from([30, 50.0, 120]))
 def test_the_same_rate_is_the_same_motion(n_frames, fps):
     motion = np.random.default_rng(n_frames).normal(size=(n_frames, 2, 3))
@@ -402,6 +423,7 @@ def test_the_same_rate_is_the_same_motion(n_frames, fps):
     assert not np.shares_memory(got, motion)
 
 
+@pytest.mark.numeric
 def test_resampling_is_linear_and_does_not_know_the_direction_of_time():
     a, b = np.random.default_rng(0).normal(size=(2, 401, 5))
     np.testing.assert_allclose(resample(2 * a - b, 120), 2 * resample(a, 120) - resample(b, 120), rtol=0, atol=1e-12)
@@ -435,6 +457,7 @@ def test_without_scipy(monkeypatch):
 # Windows
 
 
+@pytest.mark.numeric
 @given(st.integers(1, 700))
 def test_windows_against_a_loop(n_frames):
     clip = np.random.default_rng(n_frames).normal(size=(n_frames, 2))
@@ -480,6 +503,7 @@ def test_bad_input_to_windows(clip, options, error, message):
 # Real motion
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("name", [(7, "walking"), (5, "sitting")])
 def test_recovery_of_whole_clips(h36m_root, name):
     poses = load(open_root(h36m_root), *name, 1)
@@ -490,6 +514,7 @@ def test_recovery_of_whole_clips(h36m_root, name):
     assert abs(to_positions(features.astype(np.float32)) - begun(motion)).max() < 1e-6
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("subject", [1, 5, 9])
 def test_human36m_walks_on_the_level(h36m_root, subject):
     """The files' first frame is upright by definition, and its pelvis was tilted: unlevelled, the path climbs."""

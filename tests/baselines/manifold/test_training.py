@@ -15,7 +15,7 @@ import torch
 from safetensors.torch import load_file
 from safetensors.torch import save as serialized
 
-from manifold_trainings import TINY, configured, outcome, same, small_chunks, train_until_killed, trained, walkers
+from manifold_trainings import TINY, configured, outcome, small_chunks, train_until_killed, trained, walkers
 from npss_baselines.commands import train_manifold
 from npss_baselines.data.synthetic import synthetic_clips
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig
@@ -28,6 +28,7 @@ from npss_baselines.manifold.training.loss import loss_of
 from npss_baselines.manifold.training.recipe import PAPER, RECIPES, Stage
 from npss_baselines.runs import launch, metrics, weights
 from npss_baselines.runs.config import CHECKPOINT
+from outcomes import same
 
 
 @pytest.fixture(autouse=True)

@@ -11,20 +11,12 @@ torch = pytest.importorskip("torch", reason="needs torch")
 
 from npss_baselines.models.cells import CodeCell, GRUCell  # noqa: E402
 from npss_baselines.models.derivatives import derivatives, next_derivatives, no_past, own_past, past_of  # noqa: E402
+from oracles import sigmoid  # noqa: E402
 
-pytestmark = pytest.mark.numeric
+pytestmark = [pytest.mark.numeric, pytest.mark.usefixtures("one_thread_and_a_seed")]
 
 B, D, P, H = 3, 5, 4, 6
 BODY = {"code": lambda: CodeCell(D, P, H), "text": lambda: GRUCell(D + P, H)}
-
-
-@pytest.fixture(autouse=True)
-def one_thread_and_a_seed():
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    torch.manual_seed(0)
-    yield
-    torch.set_num_threads(threads)
 
 
 def draw(*shape):
@@ -121,10 +113,6 @@ def test_the_past_of_what_follows(shape):
 
 
 # --- cells ------------------------------------------------------------------------------------------------------------
-
-
-def sigmoid(x):
-    return 1 / (1 + np.exp(-x))
 
 
 def arrays(cell, *tensors):

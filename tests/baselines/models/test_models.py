@@ -28,6 +28,7 @@ from npss_baselines.models.recipe import REGIMES  # noqa: E402
 from npss_baselines.models.srnn import ARMS, LEGS, SRNN, TORSO, SRNNConfig  # noqa: E402
 from npss_baselines.models.vtln import VTLNConfig  # noqa: E402
 from npss_baselines.training.objectives import loss  # noqa: E402
+from oracles import sigmoid  # noqa: E402
 
 B, S, K, A = 3, 5, 7, 2
 T = S + K
@@ -40,15 +41,8 @@ SMALL = {
     SRNNConfig: {"fc": 7, "edge": 5, "node": 6, "fc_last": 8},
 }
 FEEDS_ITS_LABEL_BACK = "mbr-sup"  # in closed loop, where `step` is told the true one
+pytestmark = pytest.mark.usefixtures("one_thread")
 every_model = pytest.mark.parametrize("name", MODELS)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def one_thread():
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
 
 
 def small(name, n_actions=A, seed=0, **fields):
@@ -299,10 +293,6 @@ def test_the_command_prints_them(capsys, counted, monkeypatch):
 
 
 # --- layers -----------------------------------------------------------------------------------------------------------
-
-
-def sigmoid(x):
-    return 1 / (1 + np.exp(-x))
 
 
 def test_lstm_is_the_textbook_one_with_one_bias():

@@ -2,13 +2,13 @@
 
 import pytest
 
-import trainings
-from npss_baselines.models import MODELS
-from registered import registered
-
 
 @pytest.fixture
 def _tiny():
     """Add the model to the registry."""
+    import trainings
+    from npss_baselines.models import MODELS
+    from registered import registered
+
     with registered(MODELS, tiny=trainings.TINY):
         yield

@@ -16,7 +16,6 @@ from npss_baselines.models.vtln import VTLN, VTLNConfig  # noqa: E402
 from npss_baselines.training.captured import Captured  # noqa: E402
 from npss_baselines.training.objectives import loss  # noqa: E402
 
-on_gpu = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
 B, S, K = 3, 5, 7
 SMALL = {"vgru": {"n_units": 8}, "erd": {"fc": 8, "size": 8, "fc_last": 8}, "srnn": {"fc": 8, "edge": 8, "node": 8}}
 CASES = [(name, regime, {}) for name in MODELS for regime in REGIMES]
@@ -84,7 +83,7 @@ def by_graph(model, captured, batch, seed):
     return {name: value.item() for name, value in parts.items()}, gradients
 
 
-@on_gpu
+@pytest.mark.usefixtures("gpu")
 @every_case
 def test_a_graph_is_what_was_captured(name, regime, fields):
     """For the batch that was captured and another, with other weights, with what is drawn, and again."""
@@ -100,7 +99,7 @@ def test_a_graph_is_what_was_captured(name, regime, fields):
                 parameter.mul_(1.01)
 
 
-@on_gpu
+@pytest.mark.usefixtures("gpu")
 def test_side_by_side_is_as_alone():
     """At true size, so that graphs do meet."""
     models = [VTLN(VTLNConfig(), 1).cuda() for _ in range(3)]
@@ -125,7 +124,7 @@ def test_side_by_side_is_as_alone():
                 assert (parameter.grad - gradient).norm() <= 1e-4 * gradient.norm()
 
 
-@on_gpu
+@pytest.mark.usefixtures("gpu")
 def test_the_global_generator_is_left_alone():
     model, call, batch = case("vgru-d", "eq6", {}, "cuda")
     torch.manual_seed(3)

@@ -29,8 +29,9 @@ from npss_baselines.models import MODELS
 from npss_baselines.runs import checkpoint, config, fitting, folder, launch, weights
 from npss_baselines.runs.stopping import Stop, Stopped
 from npss_baselines.training import trainer
+from outcomes import same
 from registered import registered
-from trainings import RECIPE, TINY, command, configured, outcome, same, trained
+from trainings import RECIPE, TINY, command, configured, outcome, trained
 
 pytestmark = pytest.mark.usefixtures("_tiny")
 

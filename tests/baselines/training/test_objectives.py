@@ -15,18 +15,9 @@ from npss_baselines.models.mbr import MBR, MBRConfig  # noqa: E402
 from npss_baselines.models.recipe import REGIMES, Recipe  # noqa: E402
 from npss_baselines.training.objectives import Statistics, conditioned, loss, noisy  # noqa: E402
 
-pytestmark = pytest.mark.numeric
-
 S, K, B = 4, 6, 3
+pytestmark = pytest.mark.usefixtures("one_thread")
 EQ6 = ((0, 0.5),)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def one_thread():
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
 
 
 class Leaky(MotionModel):
@@ -72,6 +63,7 @@ def measure(model, poses, label, chosen, iteration=0, **kwargs):
 # --- the regimes ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.numeric
 def test_equation_6():
     poses, label = windows()
     model = Leaky()
@@ -85,6 +77,7 @@ def test_equation_6():
         assert parts == pytest.approx({"loss": of_open + weight * of_closed, "open": of_open, "closed": of_closed})
 
 
+@pytest.mark.numeric
 def test_open_loop():
     poses, label = windows()
     expected = np.mean((follow(Leaky(), poses[:, :-1], label, own=()) - poses[:, 1:]) ** 2)
@@ -101,6 +94,7 @@ def test_sampling_is_of_the_frames_after_the_seed_alone():
     assert measure(Leaky(), poses, label, recipe("sampling"))["loss"] == pytest.approx(expected)
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("length", [1, 2, 4, 6, 7])
 def test_auto_conditioning_reads_true_blocks_and_own_ones_in_turn(length):
     poses, label = windows()
@@ -114,6 +108,7 @@ def test_auto_conditioning_reads_true_blocks_and_own_ones_in_turn(length):
     np.testing.assert_allclose(found.numpy(), outputs)
 
 
+@pytest.mark.numeric
 def test_noise_is_in_half_of_the_input_frames_and_in_no_target():
     poses, label = windows()
     chosen = recipe("noise", noise_std=((100, 0.5),))
@@ -128,6 +123,7 @@ def test_noise_is_in_half_of_the_input_frames_and_in_no_target():
     assert measure(Leaky(), poses, label, chosen, 100) != parts
 
 
+@pytest.mark.numeric
 def test_noise_has_the_share_and_the_spread_that_it_should():
     torch.manual_seed(0)
     poses = torch.zeros(50, 40, POSE, dtype=torch.float64)
@@ -140,6 +136,7 @@ def test_noise_has_the_share_and_the_spread_that_it_should():
     assert noisy(poses, 0.0) is poses
 
 
+@pytest.mark.numeric
 def test_the_label_that_mbr_predicts_is_measured():
     torch.manual_seed(0)
     poses, label = (torch.tensor(array, dtype=torch.float32) for array in windows())
@@ -165,6 +162,7 @@ OWN_INPUTS = {
 }
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("convention", ["paper", "released"])
 @pytest.mark.parametrize("regime", REGIMES)
 def test_npss_is_of_the_joints_in_radians_after_the_seed(regime, convention):
@@ -186,6 +184,7 @@ def test_npss_is_of_the_joints_in_radians_after_the_seed(regime, convention):
     assert parts == pytest.approx(before)
 
 
+@pytest.mark.numeric
 def test_npss_goes_backwards_to_every_parameter():
     poses, label = (torch.tensor(array) for array in windows())
     statistics = Statistics(torch.zeros(POSE).double(), torch.ones(POSE).double())

@@ -34,10 +34,10 @@ from npss_baselines.runs import config, folder, launch, metrics, weights
 from npss_baselines.runs.predictor import ModelPredictor
 from npss_baselines.training import objectives, trainer, validation
 from npss_baselines.training.rmsprop import RMSpropTF
-from trainings import RECIPE, TINY, Tiny, TinyConfig, command, configured, outcome, same, train_until_killed, trained
+from outcomes import same
+from trainings import RECIPE, TINY, Tiny, TinyConfig, command, configured, outcome, train_until_killed, trained
 
 pytestmark = pytest.mark.usefixtures("_tiny")
-on_gpu = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
 
 
 # --- killed and resumed ---
@@ -103,7 +103,7 @@ def test_together_each_is_as_it_would_be_alone(tmp_path, optimizer):
             assert (tmp_path / "together" / str(i) / file).read_bytes() == (tmp_path / str(i) / file).read_bytes()
 
 
-@pytest.mark.parametrize("device", ["cpu", pytest.param("cuda", marks=on_gpu)])
+@pytest.mark.parametrize("device", ["cpu", pytest.param("cuda", marks=pytest.mark.usefixtures("gpu"))])
 def test_together_they_are_resumed(tmp_path, monkeypatch, device):
     """From a checkpoint between two validations, which holds losses."""
     several = [replace(configured(), seed=seed, checkpoint_every=1) for seed in (5, 6)]
@@ -167,7 +167,7 @@ def test_graphs_are_captured_anew_where_the_loss_changes(tmp_path, monkeypatch):
     assert used == sorted([0, 3, 3, 5, 5, 5, 5, 5, 0, 0] * 2)
 
 
-@on_gpu
+@pytest.mark.usefixtures("gpu")
 @pytest.mark.parametrize("name", ["tiny", "vgru-d"])
 def test_on_a_gpu_each_is_as_it_would_be_alone_and_resumed(tmp_path, monkeypatch, name):
     """Graphs, one for each member and each weight of the closed loop: the losses up to rounding."""

@@ -9,13 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from command_line import run
 from npss import published, study
-from npss.commands import main
 from npss.protocol import SLICES_MS
+from studies import HEADER, MODELS
 
 PAGE = Path(__file__).parents[3] / "docs" / "study.md"
-MODELS = ["VGRU-r1 (SA)", "MBR-unsup (SA)", "MBR-long", "VGRU-ac", "GRU-d", "VGRU-d"]
-HEADER = "action,question,sequence,model_a,model_b,participant,choice"
 
 
 @pytest.fixture
@@ -23,12 +22,7 @@ def call(capsys):
     """Return a function that runs the command and returns its exit status, standard output and standard error."""
 
     def call(*arguments):
-        try:
-            status = main(["study", *map(str, arguments)])
-        except SystemExit as end:
-            status = end.code
-        captured = capsys.readouterr()
-        return status, captured.out, captured.err
+        return run(capsys, "study", *arguments)
 
     return call
 

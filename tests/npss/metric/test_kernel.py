@@ -14,8 +14,6 @@ from npss._metric import kernel as _kernel
 from npss._metric import power as _power
 from npss._metric.convention import Convention
 
-pytestmark = pytest.mark.numeric
-
 CHOICES = {field: get_args(kind) for field, kind in get_type_hints(Convention).items()}
 ALL = [Convention(**dict(zip(CHOICES, values, strict=True))) for values in itertools.product(*CHOICES.values())]
 SOME = [*npss.CONVENTIONS.values(), Convention(bins="one-sided", zero="empty")]
@@ -84,6 +82,7 @@ def rounding(n_frames):
     return 4 * n_frames * (np.sqrt(n_frames) + 16) * np.finfo(float).eps / 2
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", FRAMES)
 def test_agrees_with_the_slow_definition(n_frames):
     gt, pred = motions(n_frames, 3, n_frames, 4)
@@ -95,6 +94,7 @@ def test_agrees_with_the_slow_definition(n_frames):
         assert abs(npss.score(gt, pred, convention=convention) - expected) <= rounding(n_frames)
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", [2, 3, 4, 5, 30, 31, 100, 101, 256, 300, 500])
 def test_each_way_to_transform_agrees(way, n_frames):
     gt, pred = motions(n_frames, 2, n_frames, 30)
@@ -105,6 +105,7 @@ def test_each_way_to_transform_agrees(way, n_frames):
         np.testing.assert_allclose(got[1], weight, rtol=rounding(n_frames))
 
 
+@pytest.mark.numeric
 @settings(max_examples=150)
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -130,6 +131,7 @@ def test_bits_of_a_column_depend_on_nothing_else(seed, n, n_frames, d, conventio
         assert np.array_equal(statistics(gt, pred, convention), whole)
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", [2, 5, 100, 300])
 @pytest.mark.parametrize("convention", SOME)
 def test_bits_do_not_depend_on_the_layout(tmp_path, convention, n_frames):
@@ -164,6 +166,7 @@ def test_bits_do_not_depend_on_the_type_that_holds_the_values(dtype, n_frames):
         assert np.array_equal(statistics(gt.astype(float), pred, convention), expected)
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", [2, 5, 100, 300])
 @pytest.mark.parametrize("convention", ALL)
 def test_a_power_of_two_changes_no_bit_at_any_magnitude(convention, n_frames):
@@ -178,6 +181,7 @@ def test_a_power_of_two_changes_no_bit_at_any_magnitude(convention, n_frames):
             assert np.array_equal(exponents + exponent, np.frexp(weight)[1] + 2 * first)
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("size", [1e308, 1e300, 1e155, 1e-155, 1e-300, 1e-307])
 @pytest.mark.parametrize("n_frames", [100, 300])
 def test_no_magnitude_is_out_of_range(size, n_frames):
@@ -190,6 +194,7 @@ def test_no_magnitude_is_out_of_range(size, n_frames):
     )
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", [6, 100, 300])
 def test_power_that_cancels_but_for_a_tiny_rest(n_frames):
     """An odd signal has no real power; what little there is besides is found, however small beside the signal."""
@@ -202,6 +207,7 @@ def test_power_that_cancels_but_for_a_tiny_rest(n_frames):
     assert np.log2(weight) + exponent == pytest.approx(np.log2(n_frames) + 2 * np.log2(tiny))
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", [2, 3, 100, 101, 300])
 @pytest.mark.parametrize("convention", ALL)
 def test_columns_without_power(convention, n_frames):
@@ -214,6 +220,7 @@ def test_columns_without_power(convention, n_frames):
     assert distance[0, 0] == 0
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", [2, 3, 30, 97, 100, 101, 256, 257, 400])
 def test_constants_have_no_power_but_at_dc(n_frames):
     gt, pred = motions(0, 3, n_frames, 5)
@@ -257,6 +264,7 @@ def test_products_are_small_enough_for_one_thread(n_frames, monkeypatch):
         statistics(*motions(0, 2, n_frames, 60), convention)
 
 
+@pytest.mark.numeric
 def test_matrices_are_not_used_where_bits_would_depend_on_the_place(monkeypatch):
     def rounded_elsewhere(a, b, *, out):
         original(a, b, out=out)

@@ -13,6 +13,7 @@ from npss.rotations import (
     matrix_to_expmap,
     quaternion_to_matrix,
 )
+from rotation_strategies import around, both_precisions
 
 pytestmark = pytest.mark.numeric
 
@@ -62,19 +63,11 @@ def to_numpy(matrices):
     return np.array([[[float(R[i, j]) for j in range(3)] for i in range(3)] for R in matrices])
 
 
-def around(difference):
-    """The difference of two angles, in [-pi, pi]."""
-    return np.abs((difference + np.pi) % (2 * np.pi) - np.pi)
-
-
 def check(error, eps, *, mean, p95, worst):
     error = error / eps
     assert error.mean() < mean
     assert np.percentile(error, 95) < p95
     assert error.max() < worst
-
-
-both_precisions = pytest.mark.parametrize("dtype", [np.float64, np.float32])
 
 
 @pytest.mark.parametrize("kind", KINDS)

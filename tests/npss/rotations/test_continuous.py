@@ -19,14 +19,10 @@ from npss.rotations import (
     quaternion_to_matrix,
 )
 from npss_baselines.data import h36m
-from rotation_strategies import LETTERS, PROPER, sample
+from rotation_strategies import LETTERS, is_proper, sample
 
 SEQUENCES = ["h36m", *LETTERS]
 PI = np.pi
-
-
-def is_proper(seq):
-    return seq.upper() in PROPER
 
 
 # --- quaternions ------------------------------------------------------------------------------------------------------

@@ -18,13 +18,9 @@ from npss.rotations import (
     matrix_to_euler,
     quaternion_to_euler,
 )
-from rotation_strategies import LETTERS, PROPER, euler_angles, expmaps, sample
+from rotation_strategies import LETTERS, euler_angles, expmaps, is_proper, sample
 
 pytestmark = pytest.mark.numeric
-
-
-def is_proper(seq):
-    return seq.upper() in PROPER
 
 
 def elementary(letter, angle):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from npss.rotations import euler_to_matrix, expmap_to_euler, expmap_to_matrix, geodesic_angle, matrix_to_expmap
-from rotation_strategies import sample
+from rotation_strategies import around, sample
 
 pytestmark = pytest.mark.numeric
 
@@ -30,10 +30,6 @@ def released(v):
         middle,
         np.arctan2(R[0, 1] / cosine, R[0, 0] / cosine),
     )
-
-
-def around(difference):
-    return np.abs((difference + np.pi) % (2 * np.pi) - np.pi)
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-12, 1e-6, 1e-2, 1, 100])

@@ -11,13 +11,10 @@ from hypothesis import strategies as st
 
 from npss import rotations
 from npss.rotations import expmap_to_euler, expmap_to_matrix, geodesic_angle
-from rotation_strategies import ARGUMENTS, FORMS, LETTERS, PAIRS, converter, expmaps, sample
-
-pytestmark = pytest.mark.numeric
+from rotation_strategies import ARGUMENTS, FORMS, LETTERS, PAIRS, both_precisions, converter, expmaps, sample
 
 every_pair = pytest.mark.parametrize(("source", "target"), PAIRS)
 every_form = pytest.mark.parametrize("form", FORMS)
-both_precisions = pytest.mark.parametrize("dtype", [np.float64, np.float32])
 
 
 def same_bits(a, b):
@@ -71,6 +68,7 @@ def test_every_dtype_in_every_shape(source, target, leading):
                 assert same_bits(call(same), expected)
 
 
+@pytest.mark.numeric
 @every_pair
 def test_leading_axes_do_not_matter(source, target):
     flat = sample(source, (24,))
@@ -80,6 +78,7 @@ def test_leading_axes_do_not_matter(source, target):
     assert same_bits(convert(flat[7]), convert(flat)[7])
 
 
+@pytest.mark.numeric
 @every_pair
 @both_precisions
 def test_place_in_the_array_does_not_matter(source, target, dtype):
@@ -96,6 +95,7 @@ def test_place_in_the_array_does_not_matter(source, target, dtype):
     assert same_bits(convert(given_[order]), whole[order])
 
 
+@pytest.mark.numeric
 @every_pair
 @both_precisions
 def test_strides_do_not_matter(source, target, dtype):
@@ -300,6 +300,7 @@ def test_geodesic_angle_does_not_broadcast():
 # ---- properties of rotations
 
 
+@pytest.mark.numeric
 @given(v=expmaps())
 @both_precisions
 def test_round_trips(dtype, v):
@@ -313,6 +314,7 @@ def test_round_trips(dtype, v):
         assert geodesic_angle(again, R).max() < 60 * eps
 
 
+@pytest.mark.numeric
 @given(v=expmaps(), seq=st.sampled_from(LETTERS))
 def test_round_trips_through_every_sequence(v, seq):
     R = expmap_to_matrix(v)
@@ -323,6 +325,7 @@ def test_round_trips_through_every_sequence(v, seq):
         assert geodesic_angle(again, R).max() < 1e-14
 
 
+@pytest.mark.numeric
 @given(v=expmaps())
 @both_precisions
 def test_matrices_are_rotations(dtype, v):
@@ -332,6 +335,7 @@ def test_matrices_are_rotations(dtype, v):
     assert np.abs(np.linalg.det(R) - 1).max() < 8 * eps
 
 
+@pytest.mark.numeric
 @given(v=expmaps())
 def test_the_negative_vector_is_the_inverse(v):
     product = expmap_to_matrix(v) @ expmap_to_matrix(-v)
@@ -339,6 +343,7 @@ def test_the_negative_vector_is_the_inverse(v):
     assert same_bits(expmap_to_matrix(-v), np.ascontiguousarray(np.swapaxes(expmap_to_matrix(v), -1, -2)))
 
 
+@pytest.mark.numeric
 @given(v=expmaps())
 @both_precisions
 def test_the_axis_is_fixed_and_the_trace_is_right(dtype, v):
@@ -351,6 +356,7 @@ def test_the_axis_is_fixed_and_the_trace_is_right(dtype, v):
     assert np.abs(np.trace(R, axis1=-1, axis2=-2) - 1 - 2 * np.cos(angle)).max() < tolerance
 
 
+@pytest.mark.numeric
 @given(v=expmaps())
 @both_precisions
 def test_the_representative_is_canonical(dtype, v):
@@ -365,6 +371,7 @@ def test_the_representative_is_canonical(dtype, v):
     assert (np.linalg.norm(short.astype(np.float64), axis=-1) <= np.pi * (1 + 4 * np.finfo(dtype).eps)).all()
 
 
+@pytest.mark.numeric
 @pytest.mark.parametrize("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.6, 0.8, 0), (0, 0.6, -0.8)])
 def test_half_turns_point_forwards(axis):
     axis = np.array(axis)
@@ -374,6 +381,7 @@ def test_half_turns_point_forwards(axis):
     np.testing.assert_allclose(rotations.matrix_to_quaternion(half_turn), [0, *axis], rtol=0, atol=4e-15)
 
 
+@pytest.mark.numeric
 @given(v=expmaps(), power=st.integers(-1000, 1000), sign=st.sampled_from([-1.0, 1.0]))
 def test_the_length_of_a_quaternion_does_not_matter(v, power, sign):
     q = rotations.expmap_to_quaternion(v)
@@ -384,11 +392,13 @@ def test_the_length_of_a_quaternion_does_not_matter(v, power, sign):
         assert np.array_equal(convert(scaled), convert(q))
 
 
+@pytest.mark.numeric
 def test_extreme_quaternions():
     for size in (5e-324, 1e-310, 1.7e308):
         np.testing.assert_allclose(rotations.quaternion_to_expmap([size, 0, 0, size]), [0, 0, np.pi / 2])
 
 
+@pytest.mark.numeric
 @given(v=expmaps(max_count=3), w=expmaps(max_count=3))
 def test_geodesic_angle_is_a_metric(v, w):
     n = min(len(v), len(w))

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from npss import published, study
+from studies import MODELS
 
-MODELS = ["VGRU-r1 (SA)", "MBR-unsup (SA)", "MBR-long", "VGRU-ac", "GRU-d", "VGRU-d"]
 CHOICE = st.sampled_from(("A", "B", "tie"))
 # Table 2 of the paper, best first.
 TABLE_2 = {

@@ -8,8 +8,8 @@ from hypothesis.extra.numpy import arrays
 from scipy import stats
 
 from npss import study
+from studies import HEADER
 
-HEADER = "action,question,sequence,model_a,model_b,participant,choice"
 FIRST, SECOND = study.Question(1, 4, "GRU-d", "VGRU-d"), study.Question(2, 0, "VGRU-ac", "GRU-d")
 
 
