@@ -88,7 +88,7 @@ def leaderboard(
     Raises
     ------
     ImportError
-        Without pandas: in the project's folder, ``pip install '.[pandas]'``.
+        Without pandas; the message says how to install it.
     TypeError
         If `source` is none of these, or a keyword is no known field.
     ValueError

@@ -4,7 +4,6 @@ import ast
 import doctest
 import importlib
 import inspect
-import pkgutil
 import re
 import subprocess
 import sys
@@ -15,14 +14,9 @@ import pytest
 
 import npss
 import npss_baselines
+from modules import MODULES
 
 ROOT = Path(__file__).parents[2]
-MODULES = sorted(
-    module.name
-    for package in (npss, npss_baselines)
-    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
-    if not module.name.endswith("__main__")
-)
 PUBLIC = ["npss", *(name for name in MODULES if name.startswith("npss.") and "._" not in name)]
 #: What packages on top of npss share with it; all else is for people who score motion, and has examples.
 SHARED = ("commands", "console", "extras", "files", "plot.style", "ranking", "records", "validation")

@@ -1,0 +1,30 @@
+#!/usr/bin/env python3
+"""Check both built wheels: of one version, typed, pinned to each other, with all modules and nothing else."""
+
+import re
+import sys
+import zipfile
+from email.parser import Parser
+from pathlib import Path
+
+root = Path(__file__).parent.parent
+(version,) = re.findall(r'^__version__ = "(.*)"$', (root / "npss" / "__init__.py").read_text(encoding="utf-8"), re.M)
+for name, package in (("npss_metric", "npss"), ("npss_baselines", "npss_baselines")):
+    with zipfile.ZipFile(Path(sys.argv[1], f"{name}-{version}-py3-none-any.whl")) as wheel:
+        info = f"{name}-{version}.dist-info"
+        files = set(wheel.namelist())
+        assert {file.partition("/")[0] for file in files} == {package, info}, files
+        assert {f"{package}/py.typed", f"{info}/entry_points.txt"} <= files, files
+        tracked = {path.relative_to(root) for path in root.rglob(f"{package}/**/*.py")}
+        assert {file for file in files if file.endswith(".py")} == {
+            str(path).removeprefix("baselines/") for path in tracked if path.parts[0] in (package, "baselines")
+        }
+        metadata = Parser().parsestr(wheel.read(f"{info}/METADATA").decode())
+    requirements = metadata.get_all("Requires-Dist")
+    always = [line for line in requirements if "extra ==" not in line]
+    assert metadata["Version"] == version, metadata["Version"]
+    if package == "npss":
+        assert [re.match(r"\w+", line)[0] for line in always] == ["numpy"], always
+    else:
+        assert f"npss-metric[h5]=={version}" in always, always
+    print(f"{name} {version}: {len(files)} files; needs {', '.join(always)}")

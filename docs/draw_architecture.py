@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""Draw docs/architecture.svg: the rooms of both packages in the layers of pyproject.toml, with arrows by the imports.
+
+An arrow goes from a room to one that it imports; those that follow from two others are left out.
+"""
+
+from __future__ import annotations
+
+import ast
+import tomllib
+from html import escape
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PICTURE = ROOT / "docs" / "architecture.svg"
+_WIDTH, _ROW, _HEIGHT, _LETTER = 960, 62, 28, 7.6  # of the picture, of a row, of a box, of a letter
+
+
+def layers() -> list[list[str]]:
+    """Return the rooms of each layer, from the top."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    rows = []
+    for contract in project["tool"]["importlinter"]["contracts"][:2]:
+        (container,) = contract.get("containers", [""])
+        names = [row.split(" | ") for row in contract["layers"] if row != "npss_baselines"]
+        rows.append([[f"{container}.{name}".lstrip(".") for name in row] for row in names])
+    library, baselines = rows
+    return baselines + library
+
+
+def imports(rooms: list[str]) -> dict[str, set[str]]:
+    """Return which rooms each room imports when it runs."""
+    found: dict[str, set[str]] = {room: set() for room in rooms}
+    for folder in (ROOT / "npss", ROOT / "baselines" / "npss_baselines"):
+        for path in folder.rglob("*.py"):
+            module = ".".join(path.relative_to(folder.parent).with_suffix("").parts)
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            for source in _rooms_of(module, rooms):
+                found[source] |= {target for name in _imported(tree) for target in _rooms_of(name, rooms)} - {source}
+    return found
+
+
+def arrows(graph: dict[str, set[str]]) -> set[tuple[str, str]]:
+    """Return the imports that do not follow from others."""
+
+    def below(room: str) -> set[str]:
+        return graph[room].union(*(below(other) for other in graph[room]))
+
+    return {(a, b) for a in graph for b in graph[a] if not any(b in below(other) for other in graph[a])}
+
+
+def _rooms_of(module: str, rooms: list[str]) -> list[str]:
+    return [room for room in rooms if f"{module}.".startswith(f"{room}.")]
+
+
+def _imported(node: ast.AST) -> list[str]:
+    """Return the modules that code imports, other than for types."""
+    if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+        return [name for other in node.orelse for name in _imported(other)]
+    if isinstance(node, ast.ImportFrom):
+        return [f"{node.module}.{alias.name}" for alias in node.names]
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    return [name for child in ast.iter_child_nodes(node) for name in _imported(child)]
+
+
+def picture() -> str:
+    """Return the picture as SVG."""
+    rows = layers()
+    place = {}
+    for y, row in enumerate(rows):
+        step = _WIDTH / len(row)
+        # Rows of one room go to and fro, so that arrows past a row are seen.
+        shift = 90 * (-1) ** y if len(row) == 1 and 0 < y < len(rows) - 1 else 0
+        place |= {room: (step * (x + 0.5) + shift, _ROW * (y + 0.5)) for x, room in enumerate(row)}
+    lines = []
+    for source, target in sorted(arrows(imports(list(place)))):
+        (x1, y1), (x2, y2) = place[source], place[target]
+        ends = f'x1="{x1:.0f}" y1="{y1 + _HEIGHT / 2:.0f}" x2="{x2:.0f}" y2="{y2 - _HEIGHT / 2 - 2:.0f}"'
+        lines.append(f"<line {ends}><title>{source} imports {target}</title></line>")
+    boxes = []
+    for room, (x, y) in place.items():
+        name = room.removeprefix("npss_baselines.").removeprefix("npss.")
+        width = _LETTER * len(name) + 20
+        kind = "baselines" if room.startswith("npss_baselines") else "private" if name.startswith("_") else "public"
+        box = f'x="{x - width / 2:.0f}" y="{y - _HEIGHT / 2:.0f}" width="{width:.0f}" height="{_HEIGHT}" rx="4"'
+        text = f'<text x="{x:.0f}" y="{y + 4:.0f}">{escape(name)}</text>'
+        boxes.append(f'<g class="{kind}"><title>{room}</title><rect {box}/>{text}</g>')
+    height = _ROW * len(rows)
+    return "\n".join(
+        [
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {height}" role="img">',
+            "<title>The rooms of npss_baselines (blue) and npss, and which imports which</title>",
+            "<style>text{font:13px monospace;text-anchor:middle;fill:#000}rect{stroke:#555}line{stroke:#888}",
+            ".baselines rect{fill:#d6e8f7}.public rect{fill:#fff}.private rect{fill:#ddd;stroke-dasharray:3}</style>",
+            '<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" orient="auto">',
+            '<path d="M0 0 8 4 0 8z" fill="#888"/></marker></defs>',
+            f'<rect width="{_WIDTH}" height="{height}" style="fill:#fafafa;stroke:none"/>',
+            '<g style="marker-end:url(#tip)">',
+            *lines,
+            "</g>",
+            *boxes,
+            "</svg>",
+            "",
+        ]
+    )
+
+
+if __name__ == "__main__":
+    PICTURE.write_text(picture(), encoding="utf-8")
