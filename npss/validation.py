@@ -16,8 +16,10 @@ import numpy.typing as npt
 __all__ = [
     "Array",
     "Float64",
+    "Seed",
     "check_finite",
     "each",
+    "generator",
     "is_integer",
     "is_real",
     "motion_pair",
@@ -25,6 +27,7 @@ __all__ = [
     "positive_integer",
     "positive_number",
     "real_array",
+    "renamed",
 ]
 
 Item = TypeVar("Item")
@@ -398,6 +401,11 @@ def generator(seed: Seed) -> np.random.Generator:
     seed : int or numpy.random.Generator
         A whole number from 0 on, or a generator, whose state moves on with each draw.
 
+    Returns
+    -------
+    numpy.random.Generator
+        The generator.
+
     Raises
     ------
     TypeError
@@ -426,6 +434,16 @@ def renamed(**names: str) -> Callable[[Callable[Arguments, Result]], Callable[Ar
     ----------
     **names : str
         The present name of each argument, by its former one.
+
+    Returns
+    -------
+    callable
+        A decorator.
+
+    Raises
+    ------
+    TypeError
+        If the decorated function is called with a former name.
 
     Examples
     --------

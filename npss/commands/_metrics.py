@@ -8,7 +8,13 @@ from npss._metric.registry import EULER_ERROR, METRICS, NPSS
 
 
 def add_metrics(parser: argparse.ArgumentParser) -> None:
-    """Add the option."""
+    """Add the option ``--metrics``.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Of the command.
+    """
     others = ", ".join(name for name in METRICS if name not in (NPSS.name, EULER_ERROR.name))
     parser.add_argument(
         "--metrics",

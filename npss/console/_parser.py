@@ -38,7 +38,13 @@ class Parser(argparse.ArgumentParser):
 
 
 def add_plugin(parser: argparse.ArgumentParser) -> None:
-    """Add the option to the help of a command; `split_plugins` has read it before there is a parser."""
+    """Add ``--plugin`` to the help of a command; `run` has read it before there is a parser.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Of the command.
+    """
     parser.add_argument(
         "--plugin",
         default=argparse.SUPPRESS,

@@ -19,7 +19,7 @@ from modules import MODULES
 ROOT = Path(__file__).parents[2]
 PUBLIC = ["npss", *(name for name in MODULES if name.startswith("npss.") and "._" not in name)]
 #: What packages on top of npss share with it; all else is for people who score motion, and has examples.
-SHARED = ("commands", "console", "extras", "files", "plot.style", "ranking", "records", "validation")
+SHARED = ("commands", "console", "extras", "files", "plot.style", "plugins", "ranking", "records", "validation")
 FUNCTIONS = []
 for _name in PUBLIC:
     if not _name.startswith("npss.torch") or importlib.util.find_spec("torch"):
@@ -116,9 +116,10 @@ def test_examples_run(name):
 @pytest.mark.parametrize(("space", "name"), FUNCTIONS)
 def test_public_functions_are_documented_in_whole(space, name):
     function = getattr(sys.modules[space], name)
-    sections = ["Parameters"]
+    signature = inspect.signature(function)
+    sections = ["Parameters"] * bool(signature.parameters)
     if space.removeprefix("npss.") in SHARED:
-        sections += ["Returns"] * (inspect.signature(function).return_annotation != "None")
+        sections += ["Returns"] * (signature.return_annotation != "None")
         nodes = ast.walk(ast.parse(inspect.getsource(function).lstrip()))
         sections += ["Raises"] * any(isinstance(node, ast.Raise) for node in nodes)
     else:
