@@ -107,12 +107,33 @@ def register_format(form: Format, *, replace: bool = False) -> None:
 
 
 def suffixes(*contents: Content) -> tuple[str, ...]:
-    """Return the suffixes of files that can hold one of these."""
+    """Return the suffixes of files that can hold one of these.
+
+    Parameters
+    ----------
+    *contents : {'array', 'arrays', 'samples', 'records', 'write'}
+        What a file can hold, or ``'write'``: that it can be written.
+
+    Returns
+    -------
+    tuple of str
+        With their dots, in the order in which they were registered.
+    """
     return tuple(suffix for suffix, form in FORMATS.items() if any(getattr(form, content) for content in contents))
 
 
 def listed(*contents: Content) -> str:
     """Return the suffixes of files that can hold one of these, in words.
+
+    Parameters
+    ----------
+    *contents : {'array', 'arrays', 'samples', 'records', 'write'}
+        What a file can hold, or ``'write'``: that it can be written.
+
+    Returns
+    -------
+    str
+        For a message.
 
     Examples
     --------

@@ -12,6 +12,16 @@ from npss.files._text import read_text
 def parse_json(text: str) -> Any:
     """Return what a text in JSON says.
 
+    Parameters
+    ----------
+    text : str
+        The text.
+
+    Returns
+    -------
+    object
+        A dict, list, str, int, float, bool or None.
+
     Raises
     ------
     ValueError

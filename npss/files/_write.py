@@ -90,6 +90,13 @@ def write_stream_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> Non
 
     For what other packages write: matplotlib, numpy, h5py and torch report a full disk in words of their own, or leave
     the file open.
+
+    Parameters
+    ----------
+    path : Path
+        The file to be written.
+    write : callable
+        ``write(stream)`` writes all that it is to hold.
     """
     content = BytesIO()
     write(content)
