@@ -69,8 +69,8 @@ __all__ = [
     "study",
     "unwrap",
 ]
-if find_spec("pandas") is None:  # without which `from npss import *` works, too
-    __all__.remove("Leaderboard")
+# Without pandas, too, `from npss import *` works.
+__all__[:] = [name for name in __all__ if name != "Leaderboard" or find_spec("pandas")]
 
 # What a loop that only scores does not need is imported when it is first asked for: `import npss` costs little more
 # than `import numpy`.

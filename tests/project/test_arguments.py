@@ -12,6 +12,8 @@ import pytest
 import npss
 from modules import MODULES
 from npss import gait, predictors, records, study
+from npss.rotations import _contract
+from npss.rotations._contract import conversion
 from npss.validation import generator, renamed
 
 FORMER = [
@@ -102,6 +104,13 @@ def test_a_seed_is_a_number_or_a_generator():
         assert generator(seed).random(3).tolist() == expected
     own = np.random.default_rng(0)
     assert generator(own) is own
+
+
+def test_tables_say_what_seeded_intervals():
+    pytest.importorskip("pandas")
+    reports = {"m": npss.report(*MOTIONS)}
+    for seed, said in ((3, "resamples, seed 3;"), (np.random.default_rng(3), "resamples, a generator of your own;")):
+        assert said in npss.leaderboard(reports, seed=seed).to_text()
 
 
 @pytest.mark.parametrize("seed", [None, 1.0, "1", True, [1], np.random.RandomState(0)])
@@ -222,6 +231,11 @@ def test_every_argument_of_a_public_function_is_documented():
     assert missing == []
     for name in npss.rotations.__all__:
         assert "{" not in section(getattr(npss.rotations, name), "Raises")
+
+
+def test_a_conversion_without_a_docstring_stays_without():
+    """As under ``python -OO``."""
+    assert conversion(_contract.EXPMAP, _contract.EULER)(lambda v: v).__doc__ is None
 
 
 def section(documented, title):
