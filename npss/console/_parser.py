@@ -47,10 +47,16 @@ def add_plugin(parser: argparse.ArgumentParser) -> None:
     """
     parser.add_argument(
         "--plugin",
+        type=_abbreviated,
         default=argparse.SUPPRESS,
         metavar="MODULE",
         help="import this module first, for what it registers; may be given several times",
     )
+
+
+def _abbreviated(module: str) -> NoReturn:
+    """Refuse the option where `split_plugins` has not seen it: as ``--plug``, too late to import anything."""
+    raise argparse.ArgumentTypeError(f"expected --plugin {module}, not abbreviated")
 
 
 def split_plugins(arguments: Sequence[str]) -> tuple[list[str], list[str]]:

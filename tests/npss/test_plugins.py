@@ -100,6 +100,10 @@ class TestArguments:
         message = "npss: error: --plugin: expected the name of a module, such as my.module\n"
         assert run(capsys, *arguments) == (2, "", message)
 
+    def test_is_not_abbreviated(self, capsys):
+        status, _, err = run(capsys, "explain", SIGNATURE, "--plug", "a")
+        assert (status, "argument --plugin: expected --plugin a, not abbreviated" in err) == (2, True)
+
     @pytest.mark.parametrize("command", [[], ["score"], ["study", "plan"]])
     def test_help_says_that_there_is_the_option(self, capsys, command):
         assert "--plugin MODULE" in run(capsys, *command, "--help")[1]

@@ -520,7 +520,7 @@ def test_a_run_needs_a_folder():
     [
         ([], r"expected an object, got \[\]"),
         ({"model": {}}, "name: expected one of .*, got None"),
-        ({"name": "tiny", "colour": 1}, "there is no 'colour'; there are made_with, paths, name, model, .*"),
+        ({"name": "tiny", "colour": 1}, "there is no 'colour'; there are made_with, paths, plugins, name, model, .*"),
         ({"name": "tiny", "model": {"cell": 1}}, "model: there is no 'cell'; there are units, dropout, noise"),
         ({"name": "tiny", "recipe": {"class_path": "hostile.Recipe"}}, "recipe: there is no 'class_path'"),
         ({"name": "tiny", "model": "hostile.json"}, "model: expected an object, got 'hostile.json'"),
