@@ -19,6 +19,7 @@ from npss._metric.registry import EULER_ERROR, direction
 from npss.ranking._results import Result
 from npss.validation import Float64, Seed
 
+_SAME_WEIGHT = 0.01  # files hold ground truth in various precision
 #: What marks a number that is worse than the best by more than chance.
 MARK = "†"
 #: How it is told, in words that a table can print.
@@ -124,6 +125,12 @@ def _check_blocks(results: Sequence[Result], where: str) -> None:
             raise ValueError(
                 f"{where}: {known[0].model!r} and {other.model!r} are of {sizes[0]} and {size} sequences, so they "
                 "cannot be compared"
+            )
+        weight, expected = np.asarray(other.weight), np.asarray(known[0].weight)
+        if not np.allclose(weight, expected, rtol=_SAME_WEIGHT, atol=_SAME_WEIGHT * expected.max()):
+            raise ValueError(
+                f"{where}: sequences have other weights for {known[0].model!r} than for {other.model!r}, so they cannot "
+                "be compared: weights may depend on the ground truth alone"
             )
         if other.groups != known[0].groups:
             raise ValueError(

@@ -440,6 +440,17 @@ def test_signatures_of_a_record_are_of_what_the_metric_takes():
         npss.signature("paper", metric="mine")
 
 
+def test_weights_that_depend_on_the_prediction_are_refused():
+    register(metric(lambda gt, pred: (np.ones(8), pred[:, 0, 0] ** 2), name="bad", aggregation="weighted mean"))
+    gt, pred = motions()
+    records = [
+        {"model": name, "action": "a", **measure(gt, motion, metrics=["bad"], sequences=True, frames=T)}
+        for name, motion in (("one", pred), ("other", gt))
+    ]
+    with pytest.raises(ValueError, match=r"^a, bad: sequences have other weights for 'one' than for 'other'"):
+        npss.leaderboard(records)
+
+
 def test_columns_of_records_are_of_what_their_signatures_say(shares):
     shares[0]["signatures"]["PCK"] = "other|version:1"
     with pytest.raises(
