@@ -447,7 +447,7 @@ def test_weights_that_depend_on_the_prediction_are_refused():
         {"model": name, "action": "a", **measure(gt, motion, metrics=["bad"], sequences=True, frames=T)}
         for name, motion in (("one", pred), ("other", gt))
     ]
-    with pytest.raises(ValueError, match=r"^a, bad: sequences have other weights for 'one' than for 'other'"):
+    with pytest.raises(ValueError, match=r"^a, bad: 'one' and 'other' have sequences of different weights"):
         npss.leaderboard(records)
 
 
