@@ -129,8 +129,8 @@ def _check_blocks(results: Sequence[Result], where: str) -> None:
         weight, expected = np.asarray(other.weight), np.asarray(known[0].weight)
         if not np.allclose(weight, expected, rtol=_SAME_WEIGHT, atol=_SAME_WEIGHT * expected.max()):
             raise ValueError(
-                f"{where}: {known[0].model!r} and {other.model!r} have sequences of different weights, so they cannot be "
-                "compared: weights may depend on the ground truth alone"
+                f"{where}: {known[0].model!r} and {other.model!r} have sequences of different weights, so they cannot "
+                "be compared: weights may depend on the ground truth alone"
             )
         if other.groups != known[0].groups:
             raise ValueError(

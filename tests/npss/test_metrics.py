@@ -20,7 +20,7 @@ from npss.study import Question, Vote, model_scores, rank
 from npss.study._summary import summary as vote_summary
 
 pytestmark = pytest.mark.usefixtures("registry")
-PAGE = Path(__file__).parents[2] / "docs/extending-metric.md"
+PAGE = Path(__file__).parents[2] / "docs/extending.md"
 N, T = 8, 25
 
 
@@ -44,7 +44,9 @@ def samples(tmp_path):
 @pytest.fixture
 def page():
     """The example of the documentation, which registers a metric."""
-    code = re.search(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL).group(1)
+    code = re.search(
+        r"<!-- file: mpjpe.py -->\n```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL
+    ).group(1)
     assert len(code.splitlines()) <= 32
     exec(compile(code, str(PAGE), "exec"), {})
     return METRICS["mpjpe"]

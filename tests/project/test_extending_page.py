@@ -64,6 +64,15 @@ def test_the_examples_are_short():
     assert len(printed("file", "text_format.py").splitlines()) <= 35
 
 
+def test_a_metric(folder):
+    pytest.importorskip("pandas")
+    (folder / "mpjpe.py").write_text(printed("file", "mpjpe.py"), encoding="utf-8")
+    score, leaderboard = (call(folder, line) for line in printed("command", "a metric").splitlines())
+    assert re.search(r"^MPJPE 80 ms .*  mpjpe\|version:1\|.*\|root:fixed$", score, re.M)
+    assert "MPJPE 400 ms" in leaderboard
+    assert "MPJPE: in mm." in leaderboard
+
+
 def test_a_file_format(folder):
     pytest.importorskip("pandas")
     score, leaderboard = (call(folder, line) for line in printed("command", "a file format").splitlines())
