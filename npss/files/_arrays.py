@@ -26,7 +26,15 @@ _NUMBER = 8  # bytes: all is computed in float64
 
 
 class Header(NamedTuple):
-    """What a file declares of an array."""
+    """What a file declares of an array.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Its shape.
+    dtype : dtype
+        The type of its values.
+    """
 
     shape: tuple[int, ...]
     dtype: np.dtype[Any]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from functools import wraps
-from typing import TYPE_CHECKING, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Literal, ParamSpec, TypeVar
 
 from npss.ranking._names import one_line
 
@@ -139,7 +139,7 @@ def _broken(line: str, n_letters: int) -> str:
     return "\n".join(lines)
 
 
-def tidy(axes: Axes, *, grid: str = "both") -> None:
+def tidy(axes: Axes, *, grid: Literal["both", "x", "y", "none"] = "both") -> None:
     """Leave the lines that help to read values, and no others.
 
     Parameters
@@ -152,5 +152,5 @@ def tidy(axes: Axes, *, grid: str = "both") -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelsize=SMALL)
     if grid != "none":
-        axes.grid(axis=grid, color="#DDDDDD", linewidth=0.6)  # type: ignore[arg-type]
+        axes.grid(axis=grid, color="#DDDDDD", linewidth=0.6)
         axes.set_axisbelow(True)
