@@ -10,15 +10,6 @@ from typing import Any
 
 from npss.console import table
 
-#: Table 1 of the NPSS paper.
-PUBLISHED = {
-    "lstm-3lr": 20_282_054,
-    "erd": 14_842_054,
-    "srnn": 18_368_534,
-    "mbr-long": 3_425_334,
-    "gru-d": 2_735_670,
-    "vgru-d": 3_413_047,
-}
 #: Width of the label, where it is not that of a single action, which the published counts are for.
 _ACTIONS = {"mbr-sup": 15}
 
@@ -47,14 +38,14 @@ def records() -> list[dict[str, Any]]:
         if isinstance(spec.config, VTLNConfig):
             variants = [(cell, replace(spec.config, cell=cell)) for cell in ("code", "text")]
         else:
-            variants = [("lstm" if name in ("erd", "lstm-3lr", "srnn") else "gru", spec.config)]
+            variants = [(spec.cell, spec.config)]
         for cell, config in variants:
             n_actions = _ACTIONS.get(name, 1)
             with torch.device("meta"):  # shapes without values
                 model = spec.build(config, n_actions)
             n = sum(parameter.numel() for parameter in model.parameters() if parameter.requires_grad)
             found.append(
-                {"model": name, "cell": cell, "actions": n_actions, "parameters": n, "published": PUBLISHED.get(name)}
+                {"model": name, "cell": cell, "actions": n_actions, "parameters": n, "published": spec.published}
             )
     return found
 

@@ -73,12 +73,18 @@ class ModelSpec:
         ``build(config, n_actions)`` makes it, with weights from torch's global generator.
     recipe : Recipe
         How it was trained.
+    cell : str, optional
+        What its recurrent cells are, where no field ``cell`` of its configuration chooses.
+    published : int, optional
+        How many parameters Table 1 of the NPSS paper states.
     """
 
     name: str
     config: Any
     build: Callable[[Any, int], MotionModel]
     recipe: Recipe
+    cell: str = ""
+    published: int | None = None
 
     @property
     def regime(self) -> str:
@@ -92,16 +98,16 @@ MODELS = Registry(
     {
         spec.name: spec
         for spec in (
-            ModelSpec("vgru-d", VGRU_D, VTLN, LONG_TERM),
-            ModelSpec("gru-d", GRUdConfig(), GRUd, LONG_TERM),
+            ModelSpec("vgru-d", VGRU_D, VTLN, LONG_TERM, published=3_413_047),
+            ModelSpec("gru-d", GRUdConfig(), GRUd, LONG_TERM, "gru", 2_735_670),
             ModelSpec("vgru-r1", VGRU_R1, VTLN, SHORT_TERM),
             ModelSpec("vgru-ac", VGRU_AC, VTLN, replace(LONG_TERM, regime="auto-conditioning", closed_weight=())),
-            ModelSpec("mbr-unsup", MBRConfig(), MBR, SAMPLING),
-            ModelSpec("mbr-sup", MBRConfig(label=True), MBR, SAMPLING),
-            ModelSpec("mbr-long", MBRConfig(residual=False), MBR, replace(SAMPLING, n_target=100)),
-            ModelSpec("erd", ERDConfig(), ERD, NOISE),
-            ModelSpec("lstm-3lr", LSTM3LRConfig(), LSTM3LR, NOISE),
-            ModelSpec("srnn", SRNNConfig(), SRNN, NOISE),
+            ModelSpec("mbr-unsup", MBRConfig(), MBR, SAMPLING, "gru"),
+            ModelSpec("mbr-sup", MBRConfig(label=True), MBR, SAMPLING, "gru"),
+            ModelSpec("mbr-long", MBRConfig(residual=False), MBR, replace(SAMPLING, n_target=100), "gru", 3_425_334),
+            ModelSpec("erd", ERDConfig(), ERD, NOISE, "lstm", 14_842_054),
+            ModelSpec("lstm-3lr", LSTM3LRConfig(), LSTM3LR, NOISE, "lstm", 20_282_054),
+            ModelSpec("srnn", SRNNConfig(), SRNN, NOISE, "lstm", 18_368_534),
         )
     },
 )
