@@ -23,6 +23,7 @@ from npss_baselines.runs.stopping import Stop, Stopped
 try:
     from lightning.fabric.plugins.environments.lightning import LightningEnvironment
     from lightning.pytorch import LightningModule, Trainer
+    from lightning.pytorch.callbacks import TQDMProgressBar
     from lightning.pytorch.loggers import TensorBoardLogger
     from lightning.pytorch.utilities.exceptions import SIGTERMException
 except ImportError:
@@ -163,6 +164,7 @@ def fit(make: Callable[[], Module], *, device: str = "cpu", tensorboard: bool = 
         module = make()
         module.stop = stop
         checkpoint = module.out / CHECKPOINT
+        terminal = sys.stdout.isatty()
         trainer = Trainer(
             accelerator=device,
             devices=1,
@@ -171,7 +173,8 @@ def fit(make: Callable[[], Module], *, device: str = "cpu", tensorboard: bool = 
             max_steps=module.n_steps,
             plugins=[AtomicIO(), alone],
             logger=TensorBoardLogger(module.out, name="", version="tensorboard") if tensorboard else False,
-            enable_progress_bar=sys.stdout.isatty(),
+            enable_progress_bar=terminal,
+            callbacks=[TQDMProgressBar()] if terminal else [],  # the same whether or not rich is installed
             enable_checkpointing=False,
             enable_model_summary=False,
             default_root_dir=module.out,
