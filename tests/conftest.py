@@ -82,12 +82,12 @@ def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> 
 @pytest.fixture
 def registry() -> Iterator[None]:
     """Forget the metrics that a test registers."""
-    from npss._metric.registry import _registered
+    from npss.metrics import METRICS
 
-    before = dict(_registered)
+    before = dict(METRICS)
     yield
-    _registered.clear()
-    _registered.update(before)
+    METRICS._entries.clear()
+    METRICS._entries.update(before)
 
 
 def _folder(variable: str, what: str) -> Path:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from types import MappingProxyType
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -12,12 +11,54 @@ from npss._metric.convention import CONVENTIONS, Convention, as_convention
 from npss._metric.euler_error import mse, sequence_errors
 from npss._metric.frames import whole_frames
 from npss._metric.metric import Measured, Metric
+from npss.plugins import Registry
 from npss.validation import Float64
 
-_registered: dict[str, Metric] = {}
 
-#: All metrics by name, read-only: NPSS, the Euler error, the true mean of squares, and those that are registered.
-METRICS: Mapping[str, Metric] = MappingProxyType(_registered)
+def _npss(gt: Float64, pred: Float64, *, convention: str | Convention) -> Measured:
+    parts = contributions(gt, pred, as_convention(convention))
+    return Measured(parts.score, *parts.by_sequence())
+
+
+def _euler_error(gt: Float64, pred: Float64, *, fps: float, at_ms: float) -> Measured:
+    frame = whole_frames("at_ms", at_ms, fps, first=1, last=gt.shape[1]) - 1
+    errors = sequence_errors(gt, pred)[:, frame]
+    return Measured(float(errors.mean()), errors, np.ones(len(errors)))
+
+
+def _mse(gt: Float64, pred: Float64) -> Measured:
+    parts = [mse(*pair) for pair in zip(gt, pred, strict=True)]
+    return Measured(mse(gt, pred), np.array(parts), np.ones(len(parts)))
+
+
+NPSS = Metric(
+    name="npss",
+    function=_npss,
+    says="the power-weighted mean distance between the power spectra of prediction and ground truth",
+    heading="NPSS",
+    aggregation="weighted mean",
+    options=("convention",),
+    fields={"convention": None, "unwrap": None},
+)
+EULER_ERROR = Metric(
+    name="euler_error",
+    function=_euler_error,
+    says="the Euclidean norm of the difference of Euler angles in a frame, averaged over sequences",
+    heading="Euler error",
+    options=("fps", "at_ms"),
+    unit="rad",
+    digits=3,
+    fields={"columns": "gt", "average": "at", "still": None},
+)
+MSE = Metric(
+    name="mse",
+    function=_mse,
+    says="the mean, over sequences, frames and features, of the squared difference",
+    heading="MSE",
+)
+
+#: All metrics by name: NPSS, the Euler error, the true mean of squares, and those that are registered.
+METRICS: Registry[Metric] = Registry("metric", {metric.name: metric for metric in (NPSS, EULER_ERROR, MSE)})
 
 
 def register(metric: Metric, *, replace: bool = False) -> Metric:
@@ -59,14 +100,12 @@ def register(metric: Metric, *, replace: bool = False) -> Metric:
     """
     if not isinstance(metric, Metric):
         raise TypeError(f"metric: expected a Metric, got {metric!r}")
-    if metric.name in _registered and (not replace or metric.name in _OWN):
-        raise ValueError(f"metric: one is called {metric.name!r} already")
-    for other in _registered.values():
+    for other in METRICS.values():
         if other.name != metric.name and _alike(metric.heading, other.heading):
             raise ValueError(
                 f"metric: the heading {metric.heading!r} could be taken for {other.heading!r}, that of {other.name!r}"
             )
-    _registered[metric.name] = metric
+    METRICS.register(metric.name, metric, replace=replace)
     return metric
 
 
@@ -80,15 +119,15 @@ def metric_called(name: object, argument: str = "metric") -> Metric:
     """
     if not isinstance(name, str):
         raise TypeError(f"{argument}: expected the name of a metric, got {name!r}")
-    found = _registered.get(name) or next((one for one in _registered.values() if one.heading == name), None)
+    found = METRICS.get(name) or next((one for one in METRICS.values() if one.heading == name), None)
     if found is None:
-        raise ValueError(f"{argument}: no metric is called {name!r}; there are {', '.join(_registered)}")
+        raise ValueError(f"{argument}: no metric is called {name!r}; there are {', '.join(METRICS)}")
     return found
 
 
 def metric_of_column(column: str) -> Metric | None:
     """Return the metric that has such a column, if one is known."""
-    return next((metric for metric in _registered.values() if _alike(metric.heading, column)), None)
+    return next((metric for metric in METRICS.values() if _alike(metric.heading, column)), None)
 
 
 def direction(higher: Iterable[str]) -> str:
@@ -101,59 +140,9 @@ def score_heading(name: str) -> str:
     """Return what people call the numbers that signatures of records have under a name: a convention's, a metric's."""
     if name in CONVENTIONS:
         return NPSS.column(convention=name)
-    return _registered[name].heading if name in _registered else name
+    return METRICS[name].heading if name in METRICS else name
 
 
 def _alike(one: str, other: str) -> bool:
     """Say whether one is the other, or begins with it and a blank."""
     return f"{one} ".startswith(f"{other} ") or f"{other} ".startswith(f"{one} ")
-
-
-def _npss(gt: Float64, pred: Float64, *, convention: str | Convention) -> Measured:
-    parts = contributions(gt, pred, as_convention(convention))
-    return Measured(parts.score, *parts.by_sequence())
-
-
-def _euler_error(gt: Float64, pred: Float64, *, fps: float, at_ms: float) -> Measured:
-    frame = whole_frames("at_ms", at_ms, fps, first=1, last=gt.shape[1]) - 1
-    errors = sequence_errors(gt, pred)[:, frame]
-    return Measured(float(errors.mean()), errors, np.ones(len(errors)))
-
-
-def _mse(gt: Float64, pred: Float64) -> Measured:
-    parts = [mse(*pair) for pair in zip(gt, pred, strict=True)]
-    return Measured(mse(gt, pred), np.array(parts), np.ones(len(parts)))
-
-
-NPSS = register(
-    Metric(
-        name="npss",
-        function=_npss,
-        says="the power-weighted mean distance between the power spectra of prediction and ground truth",
-        heading="NPSS",
-        aggregation="weighted mean",
-        options=("convention",),
-        fields={"convention": None, "unwrap": None},
-    )
-)
-EULER_ERROR = register(
-    Metric(
-        name="euler_error",
-        function=_euler_error,
-        says="the Euclidean norm of the difference of Euler angles in a frame, averaged over sequences",
-        heading="Euler error",
-        options=("fps", "at_ms"),
-        unit="rad",
-        digits=3,
-        fields={"columns": "gt", "average": "at", "still": None},
-    )
-)
-MSE = register(
-    Metric(
-        name="mse",
-        function=_mse,
-        says="the mean, over sequences, frames and features, of the squared difference",
-        heading="MSE",
-    )
-)
-_OWN = tuple(_registered)
