@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Draw docs/architecture.svg: the rooms of both packages in the layers of pyproject.toml, with arrows by the imports.
+"""Draw docs/architecture.svg: the rooms of each package in the layers of pyproject.toml, with arrows by the imports.
 
-An arrow goes from a room to one that it imports; those that follow from two others are left out.
+An arrow goes from a room to one of the same package that it imports; those that follow from two others are left out.
 """
 
 from __future__ import annotations
@@ -13,11 +13,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURE = ROOT / "docs" / "architecture.svg"
-_WIDTH, _ROW, _HEIGHT, _LETTER = 960, 62, 28, 7.6  # of the picture, of a row, of a box, of a letter
+_WIDTH, _HEIGHT_OF_ALL, _TOP = 960, 860, 55  # of the picture, and the middle of its first row
+_HEIGHT, _LETTER = 28, 7.6  # of a box, width of a letter
+_PANELS = ((10, 310), (330, 950))  # from left to right: npss_baselines, npss
 
 
-def layers() -> list[list[str]]:
-    """Return the rooms of each layer, from the top."""
+def layers() -> tuple[list[list[str]], list[list[str]]]:
+    """Return the rooms of each layer from the top, of npss_baselines and of npss."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     rows = []
     for contract in project["tool"]["importlinter"]["contracts"][:2]:
@@ -25,7 +27,7 @@ def layers() -> list[list[str]]:
         names = [row.split(" | ") for row in contract["layers"] if row != "npss_baselines"]
         rows.append([[f"{container}.{name}".lstrip(".") for name in row] for row in names])
     library, baselines = rows
-    return baselines + library
+    return baselines, library
 
 
 def imports(rooms: list[str]) -> dict[str, set[str]]:
@@ -49,6 +51,10 @@ def arrows(graph: dict[str, set[str]]) -> set[tuple[str, str]]:
     return {(a, b) for a in graph for b in graph[a] if not any(b in below(other) for other in graph[a])}
 
 
+def _package(room: str) -> str:
+    return room.partition(".")[0]
+
+
 def _rooms_of(module: str, rooms: list[str]) -> list[str]:
     return [room for room in rooms if f"{module}.".startswith(f"{room}.")]
 
@@ -66,15 +72,18 @@ def _imported(node: ast.AST) -> list[str]:
 
 def picture() -> str:
     """Return the picture as SVG."""
-    rows = layers()
     place = {}
-    for y, row in enumerate(rows):
-        step = _WIDTH / len(row)
-        # Rows of one room go to and fro, so that arrows past a row are seen.
-        shift = 90 * (-1) ** y if len(row) == 1 and 0 < y < len(rows) - 1 else 0
-        place |= {room: (step * (x + 0.5) + shift, _ROW * (y + 0.5)) for x, room in enumerate(row)}
+    for rows, (left, right) in zip(layers(), _PANELS, strict=True):
+        step = (_HEIGHT_OF_ALL - 2 * _TOP) / (len(rows) - 1)
+        for y, row in enumerate(rows):
+            width = (right - left) / len(row)
+            # Rows of one room go to and fro, so that arrows past a row are seen.
+            shift = 80 * (-1) ** y if len(row) == 1 and 0 < y < len(rows) - 1 else 0
+            place |= {room: (left + width * (x + 0.5) + shift, _TOP + step * y) for x, room in enumerate(row)}
     lines = []
     for source, target in sorted(arrows(imports(list(place)))):
+        if _package(source) != _package(target):
+            continue
         (x1, y1), (x2, y2) = place[source], place[target]
         ends = f'x1="{x1:.0f}" y1="{y1 + _HEIGHT / 2:.0f}" x2="{x2:.0f}" y2="{y2 - _HEIGHT / 2 - 2:.0f}"'
         lines.append(f"<line {ends}><title>{source} imports {target}</title></line>")
@@ -86,7 +95,11 @@ def picture() -> str:
         box = f'x="{x - width / 2:.0f}" y="{y - _HEIGHT / 2:.0f}" width="{width:.0f}" height="{_HEIGHT}" rx="4"'
         text = f'<text x="{x:.0f}" y="{y + 4:.0f}">{escape(name)}</text>'
         boxes.append(f'<g class="{kind}"><title>{room}</title><rect {box}/>{text}</g>')
-    height = _ROW * len(rows)
+    height = _HEIGHT_OF_ALL
+    heads = [
+        f'<text x="{(left + right) / 2:.0f}" y="20" style="font-weight:bold">{name}</text>'
+        for name, (left, right) in zip(("npss_baselines", "npss"), _PANELS, strict=True)
+    ]
     return "\n".join(
         [
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {height}" role="img">',
@@ -100,6 +113,7 @@ def picture() -> str:
             *lines,
             "</g>",
             *boxes,
+            *heads,
             "</svg>",
             "",
         ]
