@@ -8,13 +8,14 @@ import pytest
 import npss
 import npss_baselines
 
-HERE = Path(__file__).parent
+TESTS = Path(__file__).parents[1]
 FOLDERS = [
     Path(npss.__file__).parent,
     Path(npss_baselines.__file__).parent,
-    HERE,
-    HERE.parent / "benchmarks",
-    HERE.parent / ".ci",
+    TESTS,
+    TESTS.parent / "benchmarks",
+    TESTS.parent / ".ci",
+    TESTS.parent / "docs",
 ]
 
 

@@ -82,7 +82,7 @@ def test_a_file_format(folder):
 
 def test_a_broken_file_of_the_format(folder, capsys):
     path = folder / "walking.poses"
-    path.write_text(path.read_text().replace("gt walking 0 ", "gt walking 0 x", 1), encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace("gt walking 0 ", "gt walking 0 x", 1), encoding="utf-8")
     status, out, err = run(capsys, "score", path, "--plugin", "text_format")
     assert (status, out) == (2, "")
     assert err.startswith(f"npss: error: {path}: line 1: could not convert string to float: 'x")

@@ -103,9 +103,11 @@ def test_together_each_is_as_it_would_be_alone(tmp_path, optimizer):
             assert (tmp_path / "together" / str(i) / file).read_bytes() == (tmp_path / str(i) / file).read_bytes()
 
 
-@pytest.mark.parametrize("device", ["cpu", pytest.param("cuda", marks=pytest.mark.usefixtures("gpu"))])
-def test_together_they_are_resumed(tmp_path, monkeypatch, device):
+@pytest.mark.parametrize("device", ["cpu", "cuda"])
+def test_together_they_are_resumed(request, tmp_path, monkeypatch, device):
     """From a checkpoint between two validations, which holds losses."""
+    if device == "cuda":
+        request.getfixturevalue("gpu")
     several = [replace(configured(), seed=seed, checkpoint_every=1) for seed in (5, 6)]
     expected = trained_together(tmp_path / "whole", several, device)
     validate, calls = trainer.Member.validate, []
