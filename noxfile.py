@@ -10,7 +10,7 @@ import nox
 nox.options.sessions = ["tests", "lint", "docs"]
 nox.options.default_venv_backend = "none"
 CHECKS = {
-    "tests": (["pytest", "-q"], "Run the tests."),
+    "tests": (["pytest", "-q", "-n", "logical"], "Run the tests."),
     "oldest": ([".ci/oldest"], "Run the core's tests with the oldest versions that are promised."),
     "newest": ([".ci/thorough", "newest"], "Run the tests with the newest versions."),
     "machines": ([".ci/machines.py"], "Run the numeric tests as other machines would."),

@@ -8,6 +8,9 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+if "PYTEST_XDIST_WORKER" in os.environ:  # one thread for each of several processes, before numpy and torch start theirs
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 settings.register_profile(
     "npss",
     deadline=None,  # two shared cores: time says nothing
