@@ -1,4 +1,4 @@
-"""``npss-baselines manifold``: applications of a trained manifold, each with its numbers and its picture."""
+"""``npss-baselines manifold``: applications of a trained motion manifold, as numbers and figures."""
 
 from __future__ import annotations
 
@@ -21,69 +21,78 @@ if TYPE_CHECKING:
     from npss_baselines.manifold.evaluation.testbed import Testbed
 
 _RESTORE = {
-    "project": "windows as they are",
-    "repair": "every value lost with probability .5",
-    "kinect": "a simulated depth camera: jitter, drop-outs, an occluded limb",
-    "fill": "the right wrist and hand missing throughout",
-    "inbetween": "every 15th frame held: stepped keys",
+    "project": "uncorrupted windows",
+    "repair": "windows with half of the values lost at random",
+    "kinect": "windows from a simulated depth camera: jitter, drop-outs, an occluded limb",
+    "fill": "windows without right wrist and hand",
+    "inbetween": "windows of stepped keys: every 15th frame, held",
 }
 
 
 def add_parser(commands: Any) -> None:
-    """Add the commands to those of ``npss-baselines``."""
+    """Add the command."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "manifold",
-        help="use a trained motion manifold",
-        description="Use a trained motion manifold: `npss-baselines train manifold` makes one.",
+        help="apply a trained motion manifold",
+        description="Apply a trained motion manifold, from `npss-baselines train manifold`.",
     )
     applications = parser.add_subparsers(title="applications", required=True, metavar="APPLICATION")
     for application, what in _RESTORE.items():
         restore = _add(applications, application, f"restore {what}", run_restoration)
-        restore.add_argument("--clip", metavar="CLIP", help="of held-out subjects: what to draw (default: the first)")
+        restore.add_argument("--clip", metavar="CLIP", help="clip of a held-out subject to draw (default: the first)")
         restore.set_defaults(application=application)
-    interpolate = _add(applications, "interpolate", "between two motions, in the hidden space", run_interpolation)
+    interpolate = _add(applications, "interpolate", "interpolate two motions in the hidden space", run_interpolation)
     interpolate.add_argument(
         "--clips",
         nargs=2,
         metavar="CLIP",
-        help="which two (default: pairs of held-out windows; drawn, 13_30 and a walk)",
+        help="clips to interpolate (default: pairs of held-out windows; in the picture, 13_30 and a walk)",
     )
-    _add(applications, "sample", "motion from codes drawn at random", run_sampling)
-    filters = _add(applications, "filters", "the motion that excites a hidden unit", run_filters)
-    filters.add_argument("--units", nargs="+", type=int, metavar="N", help="what to draw (default: what varies most)")
-    distance = _add(applications, "distance", "the distance G of two clips", run_distance)
+    _add(applications, "sample", "sample motion from random codes", run_sampling)
+    filters = _add(applications, "filters", "show the motion of single hidden units", run_filters)
+    filters.add_argument(
+        "--units", nargs="+", type=int, metavar="N", help="units to draw (default: those that vary most)"
+    )
+    distance = _add(applications, "distance", "measure the distance G of two clips", run_distance)
     distance.add_argument("clips", nargs=2, metavar="CLIP")
     nearest = _add(
-        applications, "nearest", "how well G finds clips of the same action, or the clips nearest to one", run_nearest
+        applications,
+        "nearest",
+        "measure retrieval of clips of the same action, or list the clips nearest to one",
+        run_nearest,
     )
-    nearest.add_argument("--clip", metavar="CLIP", help="show what is nearest to this one instead")
-    nearest.add_argument("-n", type=int, default=5, metavar="N", help="clips to show (default: 5)")
-    table = _add(applications, "table", "every number of every application", run_table, several=True)
-    table.add_argument("--pictures", type=Path, metavar="DIR", help="draw all of them, too, into this folder")
+    nearest.add_argument("--clip", metavar="CLIP", help="list the clips nearest to this clip")
+    nearest.add_argument("-n", type=int, default=5, metavar="N", help="number of clips to list (default: %(default)s)")
+    table = _add(applications, "table", "measure all applications", run_table, several=True)
+    table.add_argument("--pictures", type=Path, metavar="DIR", help="draw all pictures into this folder, too")
 
 
 def _add(applications: Any, name: str, what: str, run: Any, *, several: bool = False) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = applications.add_parser(
         name, help=what, description=what[0].upper() + what[1:] + "."
     )
-    parser.add_argument("runs", nargs="+" if several else 1, type=Path, metavar="RUN", help="the folder of a run")
+    parser.add_argument("runs", nargs="+" if several else 1, type=Path, metavar="RUN", help="run folder")
     add_folder_options(parser, SOURCES.values(), environment=False)
     parser.add_argument(
-        "--cache", type=Path, metavar="DIR", help="keep prepared motion there, to load faster next time"
+        "--cache", type=Path, metavar="DIR", help="keep prepared motion in this folder, to load faster next time"
     )
-    parser.add_argument("--quick", action="store_true", help="a small part of the data, to try things")
-    parser.add_argument("--seed", type=int, default=0, help="of all that is random (default: 0)")
+    parser.add_argument("--quick", action="store_true", help="use a small part of the data, to try things out")
+    parser.add_argument("--seed", type=int, default=0, help="seed of all random choices (default: %(default)s)")
     parser.add_argument(
-        "--format", choices=("table", "json", "markdown"), help="default: table on a terminal, else json"
+        "--format",
+        choices=("table", "json", "markdown"),
+        help="output format (default: table on a terminal, else json)",
     )
     if not several:
-        parser.add_argument("-o", "--output", type=Path, metavar="PICTURE", help="draw it, too, as .svg, .pdf or .png")
+        parser.add_argument(
+            "-o", "--output", type=Path, metavar="PICTURE", help="draw a picture, too, as .svg, .pdf or .png"
+        )
     parser.set_defaults(run=run, extra="manifold")
     return parser
 
 
 def run_restoration(options: argparse.Namespace) -> None:
-    """Print what restoring is worth, and draw a window."""
+    """Print measures of restored windows, and draw one."""
     from npss_baselines.manifold.evaluation.restoration import restoration
     from npss_baselines.manifold.show import figures
 
@@ -94,7 +103,7 @@ def run_restoration(options: argparse.Namespace) -> None:
 
 
 def run_interpolation(options: argparse.Namespace) -> None:
-    """Print what interpolation is worth, and draw one."""
+    """Print measures of interpolations, and draw one."""
     from npss_baselines.manifold.evaluation.synthesis import interpolation
     from npss_baselines.manifold.show import figures
 
@@ -106,7 +115,7 @@ def run_interpolation(options: argparse.Namespace) -> None:
 
 
 def run_sampling(options: argparse.Namespace) -> None:
-    """Print what samples are worth, and draw some."""
+    """Print measures of samples, and draw some."""
     from npss_baselines.manifold.evaluation.synthesis import sampling
     from npss_baselines.manifold.show import figures
 
@@ -117,7 +126,7 @@ def run_sampling(options: argparse.Namespace) -> None:
 
 
 def run_filters(options: argparse.Namespace) -> None:
-    """Print what hidden units do, and draw some."""
+    """Print measures of hidden units, and draw some."""
     from npss_baselines.manifold.evaluation.synthesis import filtering
     from npss_baselines.manifold.show import figures
 
@@ -128,7 +137,7 @@ def run_filters(options: argparse.Namespace) -> None:
 
 
 def run_distance(options: argparse.Namespace) -> None:
-    """Print how far two clips are from each other, and draw them."""
+    """Print the distances of two clips, and draw them."""
     from npss_baselines.manifold.evaluation.similarity import distance
     from npss_baselines.manifold.show import figures
 
@@ -137,12 +146,12 @@ def run_distance(options: argparse.Namespace) -> None:
     records = list(distance(testbed, *clips))
     _show(options, records, listed=True)
     if options.output:
-        said = (f"{record['metric']} by {record['method']}: {record['value']:.4g}" for record in records)
-        _save(options.output, figures.whole_clips(testbed.motions, clips, ", ".join(said)))
+        captions = (f"{record['metric']} by {record['method']}: {record['value']:.4g}" for record in records)
+        _save(options.output, figures.whole_clips(testbed.motions, clips, ", ".join(captions)))
 
 
 def run_nearest(options: argparse.Namespace) -> None:
-    """Print the clips that are nearest to one, or how well nearest clips are of the same action; and draw it."""
+    """Print measures of retrieval, or the clips nearest to a clip, and draw them."""
     from npss_baselines.manifold.evaluation.similarity import nearness, ranking
     from npss_baselines.manifold.show import figures
 
@@ -150,9 +159,7 @@ def run_nearest(options: argparse.Namespace) -> None:
     if options.clip is None:
         records = list(nearness(testbed))
         if not records:
-            raise ValueError(
-                "no two actions among these clips, so there is nothing to tell apart; name a CLIP, or other motion"
-            )
+            raise ValueError("retrieval needs clips of at least two actions; name a --clip, or other motion")
         _show(options, records)
         if options.output:
             _save(options.output, figures.retrieval(records))
@@ -167,7 +174,7 @@ def run_nearest(options: argparse.Namespace) -> None:
 
 
 def run_table(options: argparse.Namespace) -> None:
-    """Print every number, and draw every picture."""
+    """Print all measures, and draw all pictures."""
     from npss_baselines.manifold.evaluation.measure import measure_all
     from npss_baselines.manifold.show import figures
 
@@ -182,7 +189,7 @@ def run_table(options: argparse.Namespace) -> None:
 
 
 def _testbed(options: argparse.Namespace) -> Testbed:
-    """Load the runs, and the motion."""
+    """Load runs and motion."""
     from npss_baselines.manifold.evaluation.testbed import RESERVED, Testbed
     from npss_baselines.manifold.motion.prepared import motion_set
     from npss_baselines.manifold.training.folder import load
@@ -197,8 +204,8 @@ def _show(options: argparse.Namespace, records: Sequence[Record], *, listed: boo
     from npss_baselines.manifold.evaluation import table
 
     form = options.format or ("table" if sys.stdout.isatty() else "json")
-    laid_out = table.listing if listed else table.text
-    print(json.dumps(records, indent=2) if form == "json" else laid_out(records, markdown=form == "markdown"))
+    layout = table.listing if listed else table.text
+    print(json.dumps(records, indent=2) if form == "json" else layout(records, markdown=form == "markdown"))
 
 
 def _save(path: Path, figure: Figure) -> None:

@@ -1,4 +1,4 @@
-"""``npss-baselines train manifold``: train the motion manifold on what motion there is."""
+"""``npss-baselines train manifold``: train the motion manifold."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
 
 
 def run(arguments: Sequence[str]) -> None:
-    """Train, and say what has come of it.
+    """Train, and print the results.
 
     Parameters
     ----------
     arguments : sequence of str
-        What stands behind ``train manifold``.
+        Arguments after ``train manifold``.
 
     Raises
     ------
     TypeError, ValueError, FileNotFoundError
-        If an argument, a file or the motion is not what it should be.
+        If an argument, a file or the motion is invalid.
     """
     configuration, options = parse(arguments)
     device = launch.device_of(options.device)
@@ -53,12 +53,12 @@ def run(arguments: Sequence[str]) -> None:
     data = config.data_of(training_set)
     if configuration.data.digest not in ("", data.digest):
         raise ValueError(
-            f"--resume: {options.out / FILE} was trained on {_described(configuration.data)}; these are other windows, "
+            f"--resume: {options.out / FILE} was trained on other windows: {_described(configuration.data)}, not "
             f"{_described(data)}"
         )
     configuration = replace(configuration, data=data)
     print(
-        f"training on {_described(data)} of {len(subjects_of(training_set))} subjects; weights are chosen by "
+        f"training on {_described(data)} of {len(subjects_of(training_set))} subjects; validating on "
         f"{len(validation_set.windows)} windows of {', '.join(subjects_of(validation_set))}",
         flush=True,
     )
@@ -72,30 +72,30 @@ def run(arguments: Sequence[str]) -> None:
         )
     kept = trainer.best(rows, configuration.select)
     print(
-        f"{options.out / weights.FILE}: the weights of epoch {kept['epoch']} of {rows[-1]['epoch']}, mean joint error "
-        f"{kept['error']:.4f} heights on validation windows"
+        f"{options.out / weights.FILE}: weights of epoch {kept['epoch']} of {rows[-1]['epoch']}, joint error "
+        f"{kept['error']:.4f} body heights on validation windows"
     )
     if test_set is not None:
         projector = folder.load(options.out).projector
         error = error_of(projector, test_set)
-        print(f"mean joint error {error:.4f} heights on windows of {', '.join(subjects_of(test_set))}")
+        print(f"joint error {error:.4f} body heights on windows of {', '.join(subjects_of(test_set))}")
         print(f"    {projector.signature}")
 
 
 def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
-    """Read the arguments: the file of the run that is resumed, or of ``--config``, is stronger than the recipe.
+    """Parse arguments; the configuration of a resumed run, or of ``--config``, replaces the recipe.
 
     Returns
     -------
     configuration : Configuration
-        What the run is; its data are those of a run that is resumed, else none.
+        The configuration of the run, with data only if the run is resumed.
     options : Namespace
-        What else was said: ``out``, ``resume``, ``cache``, ``device``, ``tensorboard``, and the folders of sources.
+        Other options: ``out``, ``resume``, ``cache``, ``device``, ``tensorboard``, and the folders of sources.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not one, or not what it should be: says what there is.
+        If an argument is unknown or invalid. The message lists valid ones.
     """
     if {"-h", "--help"} & set(arguments):
         _add_options(config.parser_of(config.defaults())).print_help()
@@ -107,29 +107,29 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
         raise ValueError(str(error)) from None
     file = file_of(options)
     if file is not None and options.recipe is not None:
-        raise ValueError(f"--recipe: {file} states one already")
-    known = stored = config.defaults(options.recipe or "default") if file is None else config.read(file)
+        raise ValueError(f"--recipe: conflicts with {file}, which states the recipe's settings")
+    base = stored = config.defaults(options.recipe or "default") if file is None else config.read(file)
     if options.depth is not None:
-        if options.depth > known.model.depth:
-            raise ValueError(f"--depth: there are {known.model.depth} layers")
-        known = replace(known, model=replace(known.model, widths=known.model.widths[: options.depth]))
+        if options.depth > base.model.depth:
+            raise ValueError(f"--depth: expected at most {base.model.depth} layers, got {options.depth}")
+        base = replace(base, model=replace(base.model, widths=base.model.widths[: options.depth]))
     if options.quick:
-        known = config.quick(known)
+        base = config.quick(base)
     resumed = file is not None and file == options.out / FILE
     if not resumed:
-        known = replace(known, data=config.Data())
-    reader = config.parser_of(known)
-    configuration = config.configuration_of(known, reader, lambda: reader.parse_args(rest))
+        base = replace(base, data=config.Data())
+    reader = config.parser_of(base)
+    configuration = config.configuration_of(base, reader, lambda: reader.parse_args(rest))
     if file is not None and resumed:
         refuse_changes(file, asdict(stored), asdict(configuration))
     return configuration, options
 
 
 def _folders(options: argparse.Namespace) -> tuple[dict[str, Path], dict[str, Path]]:
-    """Return the folders of sources, by name, and which file states it where no option does.
+    """Return the folders of sources by name, and the files that state those without an option.
 
-    When a run is resumed, an option replaces the one folder that it names. Of another run's ``--config``, the folders
-    count only if no option names any.
+    For a resumed run, an option replaces that folder only. For the ``--config`` of another run, its folders count only
+    if no option names a folder.
     """
     named = folders_of(options)
     file = file_of(options)
@@ -141,7 +141,7 @@ def _folders(options: argparse.Namespace) -> tuple[dict[str, Path], dict[str, Pa
 
 
 def error_of(projector: Projector, motion: MotionSet) -> float:
-    """Return the mean error of the joints of a set's windows, as share of the height."""
+    """Return the joint error of a set's projected windows, in body heights."""
     projected = local_positions(projector.project(motion.windows))
     return joint_error(local_positions(motion.windows), projected, motion.mask)
 
@@ -151,16 +151,20 @@ def _described(data: config.Data) -> str:
 
 
 def _add_options(parser: Parser) -> Parser:
-    """Add what a configuration does not hold, or holds by its parts."""
-    parser.add_argument("--out", type=Path, metavar="RUN", help="the folder of the run, which is made")
+    """Add the options that are not fields of the configuration."""
+    parser.add_argument("--out", type=Path, metavar="RUN", help="run folder to create")
     add_folder_options(parser, SOURCES.values(), environment=False)
-    parser.add_argument("--cache", type=Path, metavar="DIR", help="keep prepared motion there, to load faster")
-    parser.add_argument("--quick", action="store_true", help="a small part of the data, and few epochs: to try things")
-    parser.add_argument("--recipe", choices=tuple(RECIPES), help="begin with this one's numbers")
-    parser.add_argument("--depth", type=int, choices=(1, 2, 3), help="how many of the three layers to train")
-    parser.add_argument("--config", type=Path, metavar="FILE", help=f"begin with this configuration, a {FILE}")
-    parser.add_argument("--resume", action="store_true", help="go on where the run was cut off, if it had begun")
+    parser.add_argument(
+        "--cache", type=Path, metavar="DIR", help="keep prepared motion in this folder, to load faster next time"
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="use a small part of the data and few epochs, to try things out"
+    )
+    parser.add_argument("--recipe", choices=tuple(RECIPES), help="settings to start from (default: default)")
+    parser.add_argument("--depth", type=int, choices=(1, 2, 3), help="number of layers to train")
+    parser.add_argument("--config", type=Path, metavar="FILE", help=f"{FILE} to start from")
+    parser.add_argument("--resume", action="store_true", help="resume an interrupted run, if it has begun")
     launch.add_device(parser)
     add_plugin(parser)
-    parser.add_argument("--tensorboard", action="store_true", help="write logs for TensorBoard, too")
+    parser.add_argument("--tensorboard", action="store_true", help="write TensorBoard logs, too")
     return parser

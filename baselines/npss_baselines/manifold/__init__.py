@@ -1,1 +1,1 @@
-"""The motion manifold of Holden et al. (2015): preparation of motion, the convolutional autoencoder, and its uses."""
+"""The motion manifold of Holden et al. (2015): motion preparation, autoencoder, training, applications."""

@@ -77,7 +77,7 @@ def test_a_data_set(plugin, tmp_path, capsys):
     run(capsys, predict)
     target = np.load(tmp_path / "motion" / "dora" / "walk.npy")[50:150]
     np.testing.assert_array_equal(read_actions(tmp_path / "predicted.npz")["walk"].gt[0], target)
-    assert "(our-walks) of 2 subjects; weights are chosen by" in run(capsys, manifold)
+    assert "(our-walks) of 2 subjects; validating on" in run(capsys, manifold)
     assert json.loads((tmp_path / "manifold" / config.FILE).read_text(encoding="utf-8"))["plugins"] == ["our_walks"]
 
 

@@ -1,4 +1,4 @@
-"""Every application on few walks, with a manifold that nothing was trained in: computed once."""
+"""A testbed of few walks and an untrained manifold, and the records of all applications, computed once."""
 
 import pytest
 

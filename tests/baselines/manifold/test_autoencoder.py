@@ -1,4 +1,4 @@
-"""The autoencoder of the motion manifold, as a network and as a projector of motion."""
+"""Tests of the autoencoder, as a network and as a projector of motion."""
 
 import copy
 from dataclasses import replace
@@ -17,7 +17,7 @@ SMALL = AutoencoderConfig(n_features=9, widths=(5, 7, 6), kernel=5)
 
 
 def network(config=SMALL, seed=0, dtype=torch.float64):
-    """Weights that are not small, and biases that are not zero."""
+    """Return a layer or network with large weights and non-zero biases."""
     torch.manual_seed(seed)
     made = Autoencoder(config).to(dtype)
     for layer in made.first():
@@ -33,7 +33,7 @@ def motion(n, n_frames, n_features=9, seed=1):
 
 
 def by_hand(x, layers, config):
-    """One window (T, F) forwards and back, with loops."""
+    """Encode and decode one window (T, F) by loops."""
     around = config.kernel // 2
     weights = [(layer.weight.detach().numpy(), layer.bias.detach().numpy()) for layer in layers]
     for weight, bias in weights:
@@ -62,15 +62,15 @@ def by_hand(x, layers, config):
 @pytest.mark.parametrize("unpool", ["both", "half"])
 @pytest.mark.parametrize("pool", [1, 2, 3])
 @pytest.mark.parametrize("depth", [1, 2, 3])
-def test_the_network_is_the_papers(unpool, pool, depth):
+def test_network_follows_the_paper(unpool, pool, depth):
     config = replace(SMALL, pool=pool, unpool=unpool, widths=SMALL.widths[:depth], eps=0.05)
     made, x = network(config), motion(2, 3 * config.stride)
     with torch.no_grad():
         code, projected = made.encode(x), made.project(x)
     assert code.shape == (2, 3, SMALL.widths[depth - 1])
-    for one, of_one, back in zip(x, code, projected, strict=True):
-        expected_code, expected = by_hand(one.numpy(), made.first(), config)
-        np.testing.assert_allclose(of_one, expected_code, atol=1e-12)
+    for window, code_of_window, back in zip(x, code, projected, strict=True):
+        expected_code, expected = by_hand(window.numpy(), made.first(), config)
+        np.testing.assert_allclose(code_of_window, expected_code, atol=1e-12)
         np.testing.assert_allclose(back, expected, atol=1e-10)
 
 
@@ -91,7 +91,7 @@ def test_without_pooling_the_inverse_of_identity_filters_inverts():
 
 
 @pytest.mark.numeric
-def test_both_ways_share_one_storage():
+def test_encoder_and_decoder_share_storage():
     made = network()
     assert sum(parameter.numel() for parameter in made.parameters()) == 5 * (9 * 5 + 5 * 7 + 7 * 6) + 5 + 7 + 6
     layer, x, y = made.first()[0], motion(1, 8), motion(1, 4, 5) / 2
@@ -110,7 +110,7 @@ def test_the_inverse_is_the_adjoint():
 
 
 @pytest.mark.numeric
-def test_pooling_is_inverted_to_one_place_by_chance_and_on_average_evenly():
+def test_random_unpooling_is_even_on_average():
     layer = TiedLayer(4, 4, AutoencoderConfig(n_features=4, widths=(4,), kernel=1, eps=1e-6)).double()
     with torch.no_grad():
         layer.weight[..., 0] = torch.eye(4)
@@ -127,7 +127,7 @@ def test_pooling_is_inverted_to_one_place_by_chance_and_on_average_evenly():
 
 
 @pytest.mark.numeric
-def test_values_outside_of_tanh_are_clipped():
+def test_values_outside_the_range_of_tanh_are_clipped():
     layer = network().first()[0]
     beyond = torch.tensor([-7.0, -1.0, 1.0, 30.0], dtype=torch.float64).view(1, 4, 1).expand(1, 4, 5)
     torch.testing.assert_close(layer.inverse(beyond), layer.inverse(beyond.sign() * (1 - 1e-3)))
@@ -175,7 +175,7 @@ def test_gradients_by_finite_differences():
         ({"kernel": 4}, ValueError, "kernel: expected an odd number of frames, got 4"),
         ({"kernel": 3.0}, TypeError, "kernel: "),
         ({"pool": 0}, ValueError, "pool: "),
-        ({"widths": ()}, ValueError, "widths: expected those of one layer or more"),
+        ({"widths": ()}, ValueError, "widths: expected at least one layer"),
         ({"widths": (4, -1)}, ValueError, r"widths\[1\]: "),
         ({"widths": 4}, TypeError, "widths: expected a sequence"),
         ({"unpool": "random"}, ValueError, "unpool: expected one of both, half, got 'random'"),
@@ -183,7 +183,7 @@ def test_gradients_by_finite_differences():
         ({"eps": 0.0}, ValueError, "eps: expected a number between 0 and 1, got 0.0"),
     ],
 )
-def test_what_is_no_network(fields, error, message):
+def test_invalid_configuration(fields, error, message):
     with pytest.raises(error, match=f"^{message}"):
         AutoencoderConfig(**fields)
 
@@ -191,7 +191,7 @@ def test_what_is_no_network(fields, error, message):
 def test_frames_are_multiples_of_the_stride():
     assert AutoencoderConfig(widths=[4, 5]).widths == (4, 5)
     assert AutoencoderConfig().stride == 8
-    with pytest.raises(ValueError, match=r"^x: 12 frames, which is no multiple of 8"):
+    with pytest.raises(ValueError, match=r"^x: 12 frames are not a multiple of 8"):
         network().encode(motion(1, 12))
 
 
@@ -247,14 +247,14 @@ def test_single_precision_codes_are_those_of_double_precision():
 
 
 @pytest.mark.numeric
-def test_mirroring_is_at_the_last_frame():
+def test_motion_is_mirrored_at_the_last_frame():
     rows = np.arange(3.0).reshape(1, 3, 1)
     assert mirrored(rows, 8).ravel().tolist() == [0, 1, 2, 1, 0, 1, 2, 1]
     assert mirrored(rows, 2, least=6).ravel().tolist() == [0, 1, 2, 1, 0, 1]
     assert mirrored(rows, 3).ravel().tolist() == [0, 1, 2]
 
 
-def test_what_cannot_be_projected():
+def test_invalid_motion():
     manifold = projector()
     for wrong, message in (
         (np.zeros((8, 9)), r"features: expected shape \(n, T, 9\), got \(8, 9\)"),
@@ -268,7 +268,7 @@ def test_what_cannot_be_projected():
         manifold.encode(np.full((1, 8, 9), "x"))
     with pytest.raises(ValueError, match=r"^code: expected shape \(n, T, 6\)"):
         manifold.decode(np.zeros((1, 2, 9)), 8)
-    with pytest.raises(ValueError, match=r"^n_frames: 2 steps are of 16 frames"):
+    with pytest.raises(ValueError, match=r"^n_frames: 2 steps have 16 frames"):
         manifold.decode(np.zeros((1, 2, 6)), 17)
     with pytest.raises(ValueError, match=r"^n_frames: expected a positive integer"):
         manifold.decode(np.zeros((1, 2, 6)), 0)
@@ -279,7 +279,7 @@ def test_what_cannot_be_projected():
 
 @pytest.mark.numeric
 @pytest.mark.parametrize("scale", SCALES)
-def test_statistics_are_of_the_frames_that_are_there(scale):
+def test_statistics_exclude_padding(scale):
     rng = np.random.default_rng(0)
     windows = rng.normal(2, [3, 1, 4, 1, 5, 9, 2], (6, 10, 7)).astype(np.float32)
     windows[..., 1] = 7  # does not vary
@@ -306,8 +306,8 @@ def test_statistics_are_of_the_frames_that_are_there(scale):
     assert np.array_equal(fit_scaling(windows, mask, scale).scale, statistics.scale)
 
 
-def test_what_has_no_statistics():
+def test_invalid_scaling():
     with pytest.raises(ValueError, match=r"^scale: expected one of none, global, kind, feature, got 'unit'"):
         fit_scaling(np.zeros((1, 2, 6)), np.ones((1, 2), bool), "unit")
-    with pytest.raises(ValueError, match=r"^windows: there is no frame"):
+    with pytest.raises(ValueError, match=r"^windows: no frames"):
         fit_scaling(np.zeros((1, 2, 6)), np.zeros((1, 2), bool), "kind")

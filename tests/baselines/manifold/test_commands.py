@@ -1,4 +1,4 @@
-"""``npss-baselines manifold``: the table, the pictures, and the commands that print and draw them."""
+"""Tests of ``npss-baselines manifold``: tables, pictures and commands."""
 
 import io
 import json
@@ -31,7 +31,7 @@ class TestTable:
         assert "joint_error+bone_error+npss|version:1|convention:paper|frames:160|fps:30|" in text
         assert "model of manifold: untrained-0" in text
         repair = [r for r in records if r["application"] == "repair"]
-        for record in repair:  # that of each method is said
+        for record in repair:  # each method has its signature
             model = npss.parse_signature(record["signature"]).get("model")
             assert model is None or f": {model}\n" in table.text(repair) + "\n"
 
@@ -46,14 +46,14 @@ class TestTable:
             "  ", ""
         )
 
-    def test_several_manifolds_stand_beside_each_other(self, motions):
+    def test_several_manifolds(self, motions):
         two = Testbed(motions, {"one": manifold_of(motions), "two": manifold_of(motions, 1)})
         methods = {r["method"] for r in restoration(two, "repair")}
         assert {"one", "two", "one, known kept", "two, known kept", "pca"} <= methods
 
 
 class TestPictures:
-    def test_a_row_a_motion(self, testbed):
+    def test_each_motion_is_a_row(self, testbed):
         (axes,) = figures.restoration(testbed, "repair").axes
         names = [text.get_text().replace("\n", " ") for text in axes.texts][:8]
         assert names[:5] == ["original", "input", "linear", "pca-best", "manifold"]
@@ -71,15 +71,15 @@ class TestPictures:
         middles = [bar.get_y() + bar.get_height() / 2 for bar in axes.patches]
         assert axes.get_ylim() == pytest.approx((min(middles) - 1, max(middles) + 1))  # however many there are
 
-    def test_no_such_clip(self, testbed, motions):
+    def test_unknown_clip(self, testbed, motions):
         assert figures.clip_named(motions, "synthetic/gait/3") == figures.clip_named(motions, "gait/3") == 3
-        with pytest.raises(ValueError, match="CLIP: 0 of 8 clips are called '99_01'; the first are gait/0"):
+        with pytest.raises(ValueError, match="CLIP: 0 of 8 clips have the name '99_01'; the first clips are gait/0"):
             figures.clip_named(motions, "99_01")
 
 
 @pytest.fixture(scope="module")
 def run(motions, tmp_path_factory):
-    """A run in which nothing was trained."""
+    """Return the folder of an untrained run."""
     run = tmp_path_factory.mktemp("runs") / "untrained"
     run.mkdir()
     manifold = manifold_of(motions)
@@ -89,7 +89,7 @@ def run(motions, tmp_path_factory):
     return run
 
 
-def test_pictures_are_drawn_whatever_the_settings_and_the_names():
+def test_pictures_do_not_depend_on_settings_or_names():
     name = r"a_b $x_1$ 5% ~ ^2 {c} \d"
     motion = np.random.default_rng(0).normal(size=(4, len(JOINTS.names), 3))
     with mpl.rc_context({"text.usetex": True}):
@@ -109,12 +109,12 @@ class TestCommands:
         assert [r["value"] for r in printed] == pytest.approx([r["value"] for r in expected], rel=1e-4)
         assert picture.stat().st_size > 5000
 
-    def test_a_clip_of_ones_choice(self, run, tmp_path, capsys):
+    def test_chosen_clip(self, run, tmp_path, capsys):
         options = [str(run), "--quick", "-o", str(tmp_path / "picture.svg")]
         assert main(["manifold", "fill", *options, "--clip", "gait/1"]) == 0
         assert "gait/1: gait; held out" in (tmp_path / "picture.svg").read_text(encoding="utf-8")
         assert main(["manifold", "fill", *options, "--clip", "gait/5"]) == 2  # not held out
-        assert "CLIP: 0 of 2 clips are called 'gait/5'" in capsys.readouterr().err
+        assert "CLIP: 0 of 2 clips have the name 'gait/5'" in capsys.readouterr().err
         assert main(["manifold", "interpolate", *options, "--clips", "gait/1", "gait/5"]) == 0
         assert main(["manifold", "filters", *options, "--units", "3", "5"]) == 0
         assert main(["manifold", "filters", *options, "--units", "99"]) == 2
@@ -138,9 +138,9 @@ class TestCommands:
         assert [r["clip"] for r in printed] == expected
         assert picture.stat().st_size > 5000
 
-    def test_one_action_leaves_nothing_to_tell_apart(self, run, capsys):
+    def test_a_single_action_is_refused(self, run, capsys):
         assert main(["manifold", "nearest", str(run), "--quick"]) == 2
-        assert "no two actions among these clips, so there is nothing to tell apart" in capsys.readouterr().err
+        assert "retrieval needs clips of at least two actions" in capsys.readouterr().err
 
     def test_several_runs_in_a_table(self, run, tmp_path, capsys):
         other = tmp_path / "other"
@@ -158,11 +158,11 @@ class TestCommands:
             "sample",
             "filters",
             "nearest",
-        }  # one action: nothing to tell apart
+        }  # a single action: no retrieval
         assert main(["manifold", "table", str(run), str(run), "--quick"]) == 2
         assert "there is another file of a model 'untrained'" in capsys.readouterr().err
 
-    def test_a_run_takes_no_row_of_another_method_or_run(self, run, tmp_path, monkeypatch):
+    def test_row_names_are_unique(self, run, tmp_path, monkeypatch):
         folders = [tmp_path / name for name in ("linear", "pca-best", "a/seed-0", "b/seed-0")]
         for copy in folders:
             shutil.copytree(run, copy)
@@ -174,14 +174,14 @@ class TestCommands:
         assert list(seen[0].manifolds) == names
         assert list(seen[0].projectors(Restoration("repair"))) == ["pca", "pca-best", *names]
 
-    def test_no_run(self, tmp_path, capsys):
+    def test_missing_run(self, tmp_path, capsys):
         assert main(["manifold", "table", str(tmp_path)]) == 2
         assert "config.json" in capsys.readouterr().err
 
     def test_on_real_motion(self, run, cmu_root, tmp_path, capsys):
-        """From raw files to numbers; the weights are of generated walks."""
+        """Go from raw files to numbers, with weights trained on generated walks."""
         options = [str(run), "--quick", "--cmu", str(cmu_root), "--cache", str(tmp_path), "--format", "json"]
         assert main(["manifold", "nearest", *options]) == 0
         printed = json.loads(capsys.readouterr().out)
-        found = {(r["method"], r["metric"]): r["value"] for r in printed if r["application"] == "nearest"}
-        assert 0 < found["chance", "map"] < found["extremes", "map"] <= 1
+        values = {(r["method"], r["metric"]): r["value"] for r in printed if r["application"] == "nearest"}
+        assert 0 < values["chance", "map"] < values["extremes", "map"] <= 1

@@ -1,4 +1,4 @@
-"""Corruptions of motion: each does what it says, by other means, and nothing else."""
+"""Tests of corruptions against independent computations."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ class TestZeros:
             assert corrupted.features[i, t, f] == (motion[i, t, f] if known else MEAN[f])
 
     @pytest.mark.parametrize("lost", [0, 0.1, 0.5, 1])
-    def test_as_many_as_asked_for_are_lost_everywhere(self, lost):
+    def test_share_of_lost_values(self, lost):
         known = corrupt.zeros(windows(40), MEAN, lost=lost, seed=1).known
         assert np.mean(known) == pytest.approx(1 - lost, abs=0.005)
         for axes in ((0, 1), (0, 2), (1, 2)):  # each feature, frame and window alike
@@ -35,19 +35,19 @@ class TestZeros:
         neighbours = [(known[:, 1:], known[:, :-1]), (known[..., 1:], known[..., :-1])]
         assert all(abs(np.corrcoef(a.ravel(), b.ravel())[0, 1]) < 0.01 for a, b in neighbours)
 
-    def test_the_seed_decides(self):
+    def test_same_seed_same_result(self):
         first, again, other = (corrupt.zeros(windows(), MEAN, seed=seed).known for seed in (3, 3, 4))
         assert np.array_equal(first, again)
         assert not np.array_equal(first, other)
 
     @pytest.mark.parametrize("lost", [-0.1, 1.1, np.nan, "half"])
-    def test_no_probability(self, lost):
+    def test_invalid_probability(self, lost):
         with pytest.raises(ValueError, match="lost: expected a probability"):
             corrupt.zeros(windows(), MEAN, lost=lost, seed=0)
 
 
 class TestMissing:
-    def test_a_joint_is_at_its_mean_throughout(self):
+    def test_missing_joints_are_at_their_mean(self):
         joints = corrupt.branch(JOINTS, "RightHand")
         assert [JOINTS.names[j] for j in joints] == ["RightHand", "RightHandIndex"]
         motion = windows()
@@ -60,15 +60,15 @@ class TestMissing:
         assert corrupted.known[..., others].all()
 
     @pytest.mark.parametrize("joints", [[], [-1], [20]])
-    def test_no_such_joint(self, joints):
-        with pytest.raises(ValueError, match="joints: expected some of 0 to 19"):
+    def test_unknown_joint(self, joints):
+        with pytest.raises(ValueError, match="joints: expected indices from 0 to 19"):
             corrupt.missing(windows(), MEAN, joints=joints)
 
-    def test_no_such_name(self):
+    def test_unknown_name(self):
         with pytest.raises(ValueError, match="joint: 'Tail' is not one of Hips"):
             corrupt.branch(JOINTS, "Tail")
 
-    def test_everything_hangs_on_the_root(self):
+    def test_branch_of_the_root_is_the_skeleton(self):
         assert corrupt.branch(JOINTS, "Hips") == list(range(20))
 
 
@@ -103,7 +103,7 @@ class TestKinect:
         assert known[:, :, 0].all()
         assert seen[1].known[..., -3:].all()
 
-    def test_what_is_seen_jitters(self, seen):
+    def test_seen_values_jitter(self, seen):
         motion, corrupted, positions, known = seen
         noise = (positions - motion[..., :-3].reshape(positions.shape))[:, :, 1:][known[:, :, 1:]]
         assert noise.mean() == pytest.approx(0, abs=1e-4)
@@ -118,7 +118,7 @@ class TestKinect:
         assert np.array_equal(positions[:, :, 0, [0, 2]], np.zeros((60, 160, 2)))
         assert (positions[:, :, 0, 1] - motion[:, :, 1]).std() == pytest.approx(corrupt.JITTER, rel=0.03)
 
-    def test_what_is_not_seen_is_held(self, seen):
+    def test_hidden_values_are_held(self, seen):
         _, _, positions, known = seen
         hidden, n_checked = ~known[..., 0], 0
         for i, j in np.ndindex(20, 20):
@@ -131,7 +131,7 @@ class TestKinect:
                 n_checked += 1
         assert n_checked > 1000
 
-    def test_one_limb_is_occluded_for_as_long_as_is_said(self, seen):
+    def test_occlusion_lasts_as_documented(self, seen):
         hidden = ~seen[3][..., 0]
         limbs = [corrupt.branch(JOINTS, name) for name in ("LeftForeArm", "RightForeArm", "LeftLeg", "RightLeg")]
         chosen = []
@@ -143,7 +143,7 @@ class TestKinect:
             chosen.append(int(np.argmax(longest)))
         assert min(np.bincount(chosen, minlength=4)) >= 6
 
-    def test_joints_drop_out_as_often_as_is_said(self):
+    def test_drop_outs_are_as_frequent_as_documented(self):
         hidden = ~corrupt.kinect(windows(60, 400), JOINTS, seed=5).known[..., 3:-3:3]
         trunk = hidden[..., [j - 1 for j in range(1, 20) if JOINTS.names[j] in ("Spine1", "Neck", "Head")]]
         # Seen for 1 / DROP frames on average, then not for SPELL; the window begins with all seen.

@@ -1,4 +1,4 @@
-"""The distance G: equation 4, and what it is and is not."""
+"""Tests of the distance G: equation 4 and its properties."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def by_the_equation(code0, code1):
 
 class TestG:
     @given(codes, codes)
-    def test_it_is_the_equation(self, a, b):
+    def test_equation(self, a, b):
         assert float(g(a, b)) == pytest.approx(by_the_equation(a, b), abs=1e-12)
 
     @given(codes, codes)
@@ -33,22 +33,22 @@ class TestG:
         assert g(a, a) == 0
 
     @given(codes, codes, codes)
-    def test_its_root_obeys_the_triangle_inequality(self, a, b, c):
+    def test_root_obeys_the_triangle_inequality(self, a, b, c):
         assert np.sqrt(g(a, c)) <= np.sqrt(g(a, b)) + np.sqrt(g(b, c)) + 1e-12
 
-    def test_itself_does_not(self):
+    def test_g_violates_the_triangle_inequality(self):
         a, b, c = np.zeros((1, 1)), np.ones((1, 1)), np.full((1, 1), 2.0)
         assert g(a, c) > g(a, b) + g(b, c)
 
     @given(codes, st.permutations(range(6)))
-    def test_when_things_happen_does_not_matter(self, a, order):
+    def test_order_does_not_matter(self, a, order):
         assert g(a, a[list(order)]) == 0
 
     @given(codes, st.integers(1, 4))
-    def test_nor_does_how_long_it_goes_on(self, a, times):
+    def test_repetition_does_not_matter(self, a, times):
         assert g(a, np.tile(a, (times, 1))) == 0
 
-    def test_motions_that_differ_may_be_at_distance_zero(self):
+    def test_different_motions_can_have_distance_zero(self):
         a = np.array([[0.0, 0.0], [1.0, 1.0]])
         b = np.array([[0.0, 1.0], [1.0, 0.0]])
         assert g(a, b) == 0
@@ -66,8 +66,8 @@ class TestG:
         [
             (np.zeros(3), np.zeros((2, 3)), r"code0: expected shape \(..., T', H\)"),
             (np.zeros((2, 3)), np.zeros((0, 3)), r"code1: expected shape"),
-            (np.zeros((2, 3)), np.zeros((2, 4)), r"code1: its shape \(2, 4\) does not fit that of code0, \(2, 3\)"),
-            (np.zeros((1, 2, 3)), np.zeros((4, 2, 3)), r"code1: its shape"),
+            (np.zeros((2, 3)), np.zeros((2, 4)), r"code1: shape \(2, 4\) does not match \(2, 3\) of code0"),
+            (np.zeros((1, 2, 3)), np.zeros((4, 2, 3)), r"code1: shape"),
             (np.full((2, 3), np.inf), np.zeros((2, 3)), r"code0: inf at index \(0, 0\)"),
         ],
     )
@@ -80,10 +80,10 @@ class TestG:
             g(np.zeros((2, 3)), [["a"]])
 
 
-def test_extremes_are_maxima_and_then_minima():
+def test_extremes_are_maxima_then_minima():
     code = np.random.default_rng(1).normal(size=(4, 7, 3))
-    found = extremes(code)
-    assert found.shape == (4, 6)
+    result = extremes(code)
+    assert result.shape == (4, 6)
     for i, unit in np.ndindex(4, 3):
-        assert found[i, unit] == max(code[i, :, unit])
-        assert found[i, 3 + unit] == min(code[i, :, unit])
+        assert result[i, unit] == max(code[i, :, unit])
+        assert result[i, 3 + unit] == min(code[i, :, unit])

@@ -1,4 +1,4 @@
-"""How good applications are: records against measures taken by hand, and the table."""
+"""Tests of the evaluation: records against direct measurements, and the table."""
 
 import json
 from dataclasses import replace
@@ -27,35 +27,35 @@ RESTORED = ["input", "linear", "pca", "pca-best", "manifold", "pca-best, known k
 
 
 def value(records, application, method, metric):
-    (found,) = [
+    (value,) = [
         r["value"] for r in records if (r["application"], r["method"], r["metric"]) == (application, method, metric)
     ]
-    return found
+    return value
 
 
-class TestTheTestbed:
+class TestTestbed:
     @pytest.mark.parametrize("name", ["input", "linear", "pca", "pca-best", "extremes", "original", "pca, known kept"])
-    def test_a_manifold_does_not_take_the_name_of_another_method(self, motions, name):
-        with pytest.raises(ValueError, match=f"^manifolds: '{name}' could be taken for another method"):
+    def test_reserved_names(self, motions, name):
+        with pytest.raises(ValueError, match=f"^manifolds: invalid name '{name}'"):
             Testbed(motions, {"manifold": manifold_of(motions), name: manifold_of(motions)})
 
-    def test_every_method_that_is_no_manifold_is_known(self, testbed, records):
+    def test_all_other_methods_are_reserved(self, testbed, records):
         chosen = clip_distances(testbed.motions, testbed.manifolds, testbed.pca, testbed.scaling)
         methods = {Method.parse(record["method"]) for record in records} | set(chosen)
         assert {method.name for method in methods} - {"manifold"} <= set(RESERVED)
 
-    def test_nobody_is_on_both_sides(self, testbed):
+    def test_subjects_are_in_one_set(self, testbed):
         subjects = [{clip.subject for clip in part.clips} for part in (testbed.training, testbed.test)]
         assert subjects[1] == {"synthetic/0", "synthetic/1"}
         assert not subjects[0] & subjects[1]
 
-    def test_baselines_are_fitted_to_training_windows_alone(self, testbed):
+    def test_baselines_are_fitted_to_training_windows_only(self, testbed):
         assert len(testbed.pca.components) == len(testbed.training.windows) - 1 < 400  # 40 x 10 numbers in the code
         assert testbed.pca.project(testbed.training.windows) == pytest.approx(testbed.training.windows, abs=1e-4)
         assert np.abs(testbed.pca.project(testbed.test.windows) - testbed.test.windows).max() > 0.01
 
-    def test_the_best_size_is_the_best(self, testbed):
-        """Once more, by trying all sizes on the subjects that were put aside."""
+    def test_best_size(self, testbed):
+        """Compare with a search over all sizes on the subjects set aside."""
         best = pca_size.best_sizes(testbed.training, testbed.scaling, ["project", "repair"])
         repaired = Restoration("repair", rescaled=True)
         assert set(best) == {Restoration("project"), Restoration("repair"), repaired}
@@ -75,16 +75,16 @@ class TestTheTestbed:
                 errors[tried] = np.linalg.norm(pred - gt, axis=-1)[left_out.mask].mean()
             assert errors.pop(size) < min(errors.values())
 
-    def test_a_single_subject_leaves_nothing_to_choose_by(self, testbed):
-        one = testbed.training.only(subjects=[testbed.training.clips[0].subject])
-        assert pca_size.best_sizes(one, testbed.scaling, ["project"]) == {}
+    def test_a_single_subject_has_no_best_size(self, testbed):
+        single = testbed.training.only(subjects=[testbed.training.clips[0].subject])
+        assert pca_size.best_sizes(single, testbed.scaling, ["project"]) == {}
 
-    def test_nobody_is_held_out(self, motions):
+    def test_no_held_out_subject(self, motions):
         others = motions.only(exclude_subjects=["synthetic/0", "synthetic/1"])
-        with pytest.raises(ValueError, match="there is no motion of those who are held out, cmu/02"):
+        with pytest.raises(ValueError, match="no motion of the held-out subjects cmu/02"):
             _ = Testbed(others, {"manifold": manifold_of(motions)}).test
 
-    def test_a_fingerprint_is_of_every_value(self, motions):
+    def test_fingerprint_depends_on_every_value(self, motions):
         changed = [each.copy() for each in motions.features]
         changed[-1][-1, -1] += 1e-6
         other = MotionSet(motions.clips, tuple(changed), motions.windows, motions.mask, motions.clip_of)
@@ -94,7 +94,7 @@ class TestTheTestbed:
 class TestRestoration:
     def test_every_application_method_and_metric(self, records):
         for application in RESTORATIONS:
-            found = {(r["method"], r["metric"]) for r in records if r["application"] == application}
+            results = {(r["method"], r["metric"]) for r in records if r["application"] == application}
             methods = RESTORED
             if application == "project":
                 methods = ["input", "pca", "pca-best", "manifold"]
@@ -103,7 +103,7 @@ class TestRestoration:
             if application == "fill":
                 methods = [method for method in RESTORED if method != "linear"]
             metrics = ["joint_error", "bone_error", "npss", *(["missing_joint_error"] if application == "fill" else [])]
-            assert found == {(method, metric) for method in methods for metric in metrics}
+            assert results == {(method, metric) for method in methods for metric in metrics}
 
     def test_against_the_measures(self, testbed, records):
         left = testbed.corrupted("repair")
@@ -117,8 +117,8 @@ class TestRestoration:
         bone = measures.bone_error(pred, JOINTS, testbed.windows.mask)
         assert value(records, "repair", "manifold", "bone_error") == bone
 
-    def test_repair_of_what_is_rescaled(self, testbed, records):
-        """Twice as far from the mean, if half is lost; and known values put back into what comes of that."""
+    def test_rescaled_repair(self, testbed, records):
+        """Double deviations from the mean if half is lost, then put known values back."""
         left = testbed.corrupted("repair")
         mean = testbed.scaling.mean
         assert left.known.mean() == pytest.approx(0.5, abs=0.01)
@@ -136,7 +136,7 @@ class TestRestoration:
         errors = np.linalg.norm(local_positions(motion - testbed.windows.features)[:, :, hand], axis=-1)
         assert value(records, "fill", "pca", "missing_joint_error") == pytest.approx(errors.mean())
 
-    def test_nothing_is_lost_by_the_input_of_project(self, records):
+    def test_input_of_project_has_no_error(self, records):
         assert value(records, "project", "input", "joint_error") == 0
         assert value(records, "project", "input", "bone_error") < 1e-5
 
@@ -150,28 +150,28 @@ class TestRestoration:
 
         part = Spoilt(testbed.motions, testbed.manifolds)
         part.__dict__["test"] = replace(testbed.test, mask=mask)
-        for one in restoration.restoration(part, "project"):
-            assert one["value"] < 1e-3
+        for record in restoration.restoration(part, "project"):
+            assert record["value"] < 1e-3
 
     def test_signatures_state_the_model_and_the_motion(self, testbed, records):
         for record in records:
-            stated = npss.parse_signature(record["signature"])
-            assert stated["metric"] == record["metric"]
-            assert stated["convention"] == ("paper" if record["metric"] == "npss" else None)
-            assert stated["fps"] == 30
-            assert (stated.get("model") == "untrained-0") == record["method"].startswith("manifold")
+            fields = npss.parse_signature(record["signature"])
+            assert fields["metric"] == record["metric"]
+            assert fields["convention"] == ("paper" if record["metric"] == "npss" else None)
+            assert fields["fps"] == 30
+            assert (fields.get("model") == "untrained-0") == record["method"].startswith("manifold")
         of_motion = {
             npss.parse_signature(r["signature"])["motion"] for r in records if r["application"] in RESTORATIONS
         }
         assert of_motion == {fingerprint(testbed.test)}
 
-    def test_the_same_again(self, testbed, records):
+    def test_reproducible(self, testbed, records):
         again = list(measure_all(Testbed(testbed.motions, testbed.manifolds)))
         assert json.dumps(again) == json.dumps(records)
 
 
 class TestSynthesis:
-    def test_interpolation_is_of_different_clips(self, testbed):
+    def test_interpolation_is_between_different_clips(self, testbed):
         first, second = synthesis.pairs(testbed.test, 20, seed=0)
         whole = testbed.test.windows.astype(np.float64)
 
@@ -180,7 +180,7 @@ class TestSynthesis:
 
         assert all(clip_of(a) != clip_of(b) for a, b in zip(first, second, strict=True))
 
-    def test_two_clips_of_ones_choice(self, testbed):
+    def test_two_chosen_clips(self, testbed):
         records = list(synthesis.interpolation(testbed, (2, 5)))
         first, second = (synthesis.first_window(testbed.motions, clip) for clip in (2, 5))
         assert np.array_equal(first[0], testbed.motions.features[2][:160])
@@ -191,17 +191,17 @@ class TestSynthesis:
         assert npss.parse_signature(records[0]["signature"])["clips"] == "gait/2 gait/5"
 
     def test_one_clip_is_not_enough(self, testbed):
-        one = testbed.test.only(subjects=["synthetic/0"])
-        with pytest.raises(ValueError, match="motions: to interpolate, it takes whole windows of two clips"):
-            synthesis.pairs(one, 1, seed=0)
+        single = testbed.test.only(subjects=["synthetic/0"])
+        with pytest.raises(ValueError, match="motions: interpolation needs whole windows of at least two clips"):
+            synthesis.pairs(single, 1, seed=0)
 
     def test_interpolation_and_samples_are_measured(self, records):
-        found = {(r["application"], r["method"]) for r in records}
-        assert {("interpolate", method) for method in ("input", "linear", "pca", "manifold")} <= found
-        assert {("sample", f"manifold, {prior}") for prior in ("uniform", "range", "values")} <= found
+        results = {(r["application"], r["method"]) for r in records}
+        assert {("interpolate", method) for method in ("input", "linear", "pca", "manifold")} <= results
+        assert {("sample", f"manifold, {prior}") for prior in ("uniform", "range", "values")} <= results
         assert value(records, "interpolate", "input", "bone_error") < 1e-5
 
-    def test_real_motion_moves_as_it_does(self, testbed, records):
+    def test_measures_of_real_motion(self, testbed, records):
         windows = testbed.training.windows.astype(np.float64)
         speeds = [
             30 * np.linalg.norm(window[t, 3 * j : 3 * j + 3] - window[t - 1, 3 * j : 3 * j + 3])
@@ -213,16 +213,16 @@ class TestSynthesis:
         assert two["joint_speed"] == pytest.approx(np.mean(speeds))
         assert value(records, "sample", "input", "joint_speed") == pytest.approx(two["joint_speed"], rel=0.5)
 
-    def test_filters_are_counted(self, testbed, records):
+    def test_filters(self, testbed, records):
         codes = testbed.manifolds["manifold"].encode(testbed.test.windows)
         assert value(records, "filters", "manifold", "saturated") == pytest.approx((np.abs(codes) > 0.95).mean())
 
 
 @pytest.fixture(scope="module")
 def walks_and_runs(motions):
-    """The same clips, said to be of CMU: five of them walk, two run, one does what nobody knows."""
-    said = ["walk", "run/jog", "slow walk", "run", "wave", "walk", "walk", "walk"]
-    clips = tuple(replace(c, source="cmu", description=d) for c, d in zip(motions.clips, said, strict=True))
+    """Return the clips as CMU's: five walks, two runs, one without a label."""
+    descriptions = ["walk", "run/jog", "slow walk", "run", "wave", "walk", "walk", "walk"]
+    clips = tuple(replace(c, source="cmu", description=d) for c, d in zip(motions.clips, descriptions, strict=True))
     return MotionSet(clips, motions.features, motions.windows, motions.mask, motions.clip_of)
 
 
@@ -240,44 +240,44 @@ class TestNearness:
             order = sorted((i for i in range(7) if i != query), key=lambda i: g(codes[query], codes[i]))
             hits = [label[i] == label[query] for i in order]
             precisions.append(np.mean([sum(hits[: k + 1]) / (k + 1) for k in range(6) if hits[k]]))
-        found = [
+        results = [
             r
             for r in records
             if (r["application"], r["method"], r["metric"]) == ("nearest", "manifold", "map")
             and npss.parse_signature(r["signature"])["matches"] == "any"
         ]
-        assert [r["value"] for r in found] == pytest.approx([np.mean(precisions)])
-        stated = npss.parse_signature(found[0]["signature"])
-        assert (stated["clips"], stated["actions"], stated["unlabelled"], stated["queries"]) == (7, 2, 1, 7)
+        assert [r["value"] for r in results] == pytest.approx([np.mean(precisions)])
+        fields = npss.parse_signature(results[0]["signature"])
+        assert (fields["clips"], fields["actions"], fields["unlabelled"], fields["queries"]) == (7, 2, 1, 7)
         assert "8 clips" not in table.text(records)
-        assert "nearest: 7 clips of cmu, 2 actions; 7 queries, to be found: any" in table.text(records)
+        assert "nearest: 7 clips of cmu, 2 actions; 7 queries, matches: any" in table.text(records)
 
-    def test_sources_whose_actions_nobody_knows_are_refused(self, motions, testbed):
+    def test_sources_without_known_actions_are_refused(self, motions, testbed):
         clips = tuple(replace(c, source="mine" if i == 3 else "cmu") for i, c in enumerate(motions.clips))
         other = MotionSet(clips, motions.features, motions.windows, motions.mask, motions.clip_of)
-        message = "motions: it is not known what actions are called in 'mine', only in cmu, cmu-styles, h36m, synthetic"
+        message = "motions: unknown action names of source 'mine'; they are known for cmu, cmu-styles, h36m, synthetic"
         with pytest.raises(ValueError, match=message):
             list(similarity.nearness(Testbed(other, testbed.manifolds)))
 
-    def test_one_action_alone_cannot_be_told_apart(self, records):
+    def test_a_single_action_has_no_records(self, records):
         assert not [r for r in records if r["application"] in ("distance", "nearest")]
 
-    def test_distances_are_what_they_are_called(self, motions, testbed):
+    def test_distances_by_name(self, motions, testbed):
         by_method = clip_distances(motions, testbed.manifolds, testbed.pca, testbed.scaling)
-        found = {str(method): distances for method, distances in by_method.items()}
+        results = {str(method): distances for method, distances in by_method.items()}
         manifold = testbed.manifolds["manifold"]
         codes = [manifold.encode(each[np.newaxis])[0] for each in motions.features]
         windows = motions.windows.reshape(len(motions.windows), -1).astype(np.float64)
         for a, b in ((0, 1), (5, 2)):
-            assert found["manifold"][a, b] == pytest.approx(np.sqrt(g(codes[a], codes[b])))
-            assert found["extremes"][a, b] == pytest.approx(np.sqrt(g(motions.features[a], motions.features[b])))
+            assert results["manifold"][a, b] == pytest.approx(np.sqrt(g(codes[a], codes[b])))
+            assert results["extremes"][a, b] == pytest.approx(np.sqrt(g(motions.features[a], motions.features[b])))
             closest = min(
                 np.linalg.norm(x - y) for x in windows[motions.clip_of == a] for y in windows[motions.clip_of == b]
             )
-            assert found["euclidean"][a, b] == pytest.approx(closest)
+            assert results["euclidean"][a, b] == pytest.approx(closest)
             before = [np.arctanh(np.clip(codes[i].astype(float), -0.999, 0.999)) for i in (a, b)]
-            assert found["manifold, unsquashed"][a, b] == pytest.approx(np.sqrt(g(*before)))
-        for distances in found.values():
+            assert results["manifold, unsquashed"][a, b] == pytest.approx(np.sqrt(g(*before)))
+        for distances in results.values():
             assert np.array_equal(distances, distances.T)
             assert not distances.diagonal().any()
 
@@ -312,7 +312,7 @@ class TestGOfPoses:
         assert there == pytest.approx(back)
         assert (there > 0).all()
 
-    def test_where_the_root_goes_does_not_matter(self, testbed, poses):
+    def test_root_motion_does_not_matter(self, testbed, poses):
         other = poses.copy()
         other[..., :6] = 0
         assert list(g_of_poses(testbed.manifolds["manifold"], poses, other)) == [0, 0, 0]

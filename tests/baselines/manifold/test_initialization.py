@@ -1,4 +1,4 @@
-"""The weights that training starts from."""
+"""Tests of initial weights."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def made(how="orthonormal", seed=0, **fields):
 
 
 def small_motion(n_frames, n_features, seed):
-    """So small that tanh(x) is x in float64, to 1e-12."""
+    """Return motion small enough for tanh(x) to equal x to 1e-12 in float64."""
     return torch.from_numpy(np.random.default_rng(seed).normal(0, 1e-4, (2, n_frames, n_features)))
 
 
@@ -28,8 +28,8 @@ def small_motion(n_frames, n_features, seed):
     unpool=st.sampled_from(["both", "half"]),
     seed=st.integers(0, 99),
 )
-def test_motion_comes_back_as_the_mean_of_a_step(n_features, factors, unpool, seed):
-    """With twice as many filters as inputs, or more: pooling takes maximum and minimum of two frames, the mean."""
+def test_motion_is_reconstructed_as_the_average_of_a_step(n_features, factors, unpool, seed):
+    """With at least twice as many filters as inputs, pooling keeps the maximum and minimum of two frames."""
     widths = tuple(int(width) for width in n_features * np.cumprod(factors))
     network = made(seed=seed, n_features=n_features, widths=widths, kernel=3, unpool=unpool).double()
     steps = 2 ** len(widths)
@@ -39,14 +39,14 @@ def test_motion_comes_back_as_the_mean_of_a_step(n_features, factors, unpool, se
 
 
 @pytest.mark.parametrize("widths", [(7,), (9, 9)])
-def test_without_pooling_small_motion_is_its_own_projection(widths):
+def test_without_pooling_small_motion_is_unchanged(widths):
     network = made(n_features=6, widths=widths, kernel=5, pool=1).double()
     motion = small_motion(12, 6, 1)
     torch.testing.assert_close(network.project(motion), motion, atol=1e-9, rtol=0)
 
 
-def test_fewer_filters_than_inputs_keep_what_they_can():
-    """The projection onto as many dimensions: doing it again changes nothing."""
+def test_fewer_filters_than_inputs_project():
+    """They project onto as many dimensions; projecting again changes nothing."""
     network = made(n_features=6, widths=(4,), kernel=5, pool=1).double()
     motion = small_motion(12, 6, 1)
     once = network.project(motion)
@@ -54,25 +54,25 @@ def test_fewer_filters_than_inputs_keep_what_they_can():
     assert torch.linalg.matrix_rank(once.reshape(-1, 6), rtol=1e-6) == 4
 
 
-def test_an_odd_filter_that_is_left_is_zero():
+def test_the_odd_filter_is_zero():
     weight = made(n_features=3, widths=(7,), kernel=3).first()[0].weight
     assert not weight[6].any()
     assert torch.equal(weight[:3], -weight[3:6])
 
 
-def test_glorot_is_left_as_it_is():
+def test_glorot_changes_nothing():
     expected = made("glorot", seed=4)
     torch.manual_seed(4)
     network = Autoencoder(AutoencoderConfig())
     assert all(torch.equal(*pair) for pair in zip(network.parameters(), expected.parameters(), strict=True))
 
 
-def test_the_same_seed_is_the_same_start():
+def test_same_seed_same_weights():
     first, same, other = made(seed=1), made(seed=1), made(seed=2)
     assert all(torch.equal(*pair) for pair in zip(first.parameters(), same.parameters(), strict=True))
     assert not torch.equal(first.first()[0].weight, other.first()[0].weight)
 
 
-def test_what_is_no_start():
+def test_unknown_initialization():
     with pytest.raises(ValueError, match=r"^how: expected one of glorot, orthonormal, got 'zero'"):
         made("zero")

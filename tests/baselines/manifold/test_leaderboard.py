@@ -1,4 +1,4 @@
-"""The distance G as a metric of leaderboards."""
+"""Tests of the distance G as a metric of leaderboards."""
 
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ MODELS = ["zero-velocity", "repeat-50"]
 
 @pytest.fixture(scope="module")
 def manifold(tmp_path_factory):
-    """The folder of a run that nothing was trained in."""
+    """Return the folder of an untrained run."""
     torch.manual_seed(0)
     motions = motion_set(quick=True)
     configuration = replace(defaults(), model=AutoencoderConfig(widths=(12, 10), kernel=5))
@@ -38,7 +38,7 @@ def manifold(tmp_path_factory):
     return run
 
 
-def test_g_of_each_model_is_that_of_its_codes(manifold):
+def test_g_of_each_model(manifold):
     task = synthetic_task(4)
     submissions = submit(MODELS, [task])
     projector = folder.load(manifold).projector
@@ -55,24 +55,24 @@ def test_g_of_each_model_is_that_of_its_codes(manifold):
         expected = sum(((of(gt, axis=1) - of(pred, axis=1)) ** 2).sum(axis=1) for of in (np.max, np.min))
         np.testing.assert_allclose(record["sequences"]["metrics"]["G"], expected, rtol=1e-9)
         assert record["metrics"]["G"] == pytest.approx(expected.mean())
-        stated = npss.parse_signature(record["signatures"]["G"])
-        assert stated["manifold"] == projector.signature
-        assert (stated["metric"], stated["frames"], stated["protocol"]) == ("g", 100, "synthetic-4")
+        fields = npss.parse_signature(record["signatures"]["G"])
+        assert fields["manifold"] == projector.signature
+        assert (fields["metric"], fields["frames"], fields["protocol"]) == ("g", 100, "synthetic-4")
 
 
-def test_it_is_a_column_with_its_signature(capsys, manifold):
+def test_column_and_signature(capsys, manifold):
     assert main(["leaderboard", *MODELS, "--synthetic", "--metrics", "G", "--manifold", str(manifold)]) == 0
     printed = capsys.readouterr().out
     assert "G" in next(line for line in printed.splitlines() if line.startswith("rank")).split()
     assert "g|version:1|frames:100|fps:25|protocol:synthetic-64|manifold:" in printed
 
 
-def test_it_is_explained_where_it_is_registered(manifold):
+def test_explain(manifold):
     register(metric_of(folder.load(manifold).projector), replace=True)
     assert npss.explain("g|version:1").startswith("G: the squared distance of the extremes over time")
 
 
 @pytest.mark.parametrize("options", [["--metrics", "G"], ["--metrics", "mse", "g"], ["--manifold", "RUN"]])
-def test_it_needs_a_manifold(capsys, options):
+def test_missing_manifold(capsys, options):
     assert main(["leaderboard", *MODELS, "--synthetic", *options]) == 2
     assert "--manifold RUN names the manifold of --metrics G" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Measures of motion, by loops over frames and joints, and where they ought to be zero."""
+"""Tests of measures: loops over frames and joints, and motions with measure zero."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def mask():
 
 @pytest.fixture
 def rest():
-    """Standing still."""
+    """Return motion that stands still."""
     return np.broadcast_to(JOINTS.positions(np.tile(np.eye(3), (20, 1, 1))), SHAPE).copy()
 
 
@@ -57,7 +57,7 @@ class TestJointError:
 
 
 class TestBoneError:
-    def test_a_body_has_none(self, rest, mask):
+    def test_valid_skeleton_has_no_error(self, rest, mask):
         assert measures.bone_error(rest, JOINTS, mask) == pytest.approx(0, abs=1e-12)
         turns = Rotation.random(3 * 12 * 20, random_state=np.random.default_rng(0)).as_matrix()
         moving = JOINTS.positions(turns.reshape(*SHAPE, 3))
@@ -89,7 +89,7 @@ class TestFootSpeed:
         rest += np.arange(12)[:, np.newaxis, np.newaxis] * [0.03, 0, 0.04]
         assert measures.foot_speed(rest, JOINTS, mask, fps=30) == pytest.approx(0.05 * 30)
 
-    def test_what_is_in_the_air_may_move(self, rest, mask):
+    def test_feet_in_the_air_do_not_count(self, rest, mask):
         feet = [JOINTS.names.index(name) for name in measures.FEET if name.startswith("Left")]
         moving = rest.copy()
         moving[:, :, feet, 0] += np.arange(12)[:, np.newaxis]
@@ -98,7 +98,7 @@ class TestFootSpeed:
         moving[:, :, feet, 1] = rest[:, :, feet, 1]
         assert measures.foot_speed(moving, JOINTS, mask, fps=30) > 1
 
-    def test_up_and_down_is_no_sliding(self, rest, mask):
+    def test_vertical_motion_does_not_count(self, rest, mask):
         rest[..., 1] += 0.01 * (np.arange(12) % 2)[:, np.newaxis]
         assert measures.foot_speed(rest, JOINTS, mask, fps=30) == 0
 
@@ -124,14 +124,14 @@ class TestFootSpeed:
         from npss.skeleton import Skeleton
 
         stick = Skeleton(["a", "b"], [-1, 0], [[0, 0, 0], [0, 1, 0]])
-        with pytest.raises(ValueError, match="skeleton: it lacks LeftFoot"):
+        with pytest.raises(ValueError, match="skeleton: missing joints LeftFoot"):
             measures.foot_speed(np.zeros((1, 2, 2, 3)), stick, np.ones((1, 2), bool), fps=30)
 
 
 class TestPowerError:
-    def test_windows_that_are_whole(self, mask):
+    def test_whole_windows(self, mask):
         gt, pred = motions(0), motions(1)
         assert measures.power_error(gt, pred, mask) == npss.score(gt[0].reshape(12, 60), pred[0].reshape(12, 60))
 
-    def test_none_is(self, mask):
+    def test_no_whole_window(self, mask):
         assert np.isnan(measures.power_error(motions(), motions(1), mask & (np.arange(12) > 0)))

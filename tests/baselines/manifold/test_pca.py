@@ -1,4 +1,4 @@
-"""Principal components as a projector: against numpy's singular values, and by their properties."""
+"""Tests of principal components, against numpy's singular vectors and by properties."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_components_are_the_right_singular_vectors(n, statistics):
 
 
 @pytest.mark.parametrize(("n", "rank", "wanted", "there_are"), [(20, 5, 5120, 5), (20, 48, 5120, 19), (99, 48, 48, 48)])
-def test_there_are_as_many_components_as_directions(n, rank, wanted, there_are):
+def test_number_of_components(n, rank, wanted, there_are):
     motions = windows(n, rank)
     fitted = fit_pca(motions.astype(np.float64), PLAIN, n_components=wanted)
     assert fitted.components.shape == (there_are, 48)
@@ -46,7 +46,7 @@ def test_there_are_as_many_components_as_directions(n, rank, wanted, there_are):
     )  # what was fitted is on the manifold
 
 
-def test_more_components_are_nearer_and_a_projection_stays():
+def test_more_components_reconstruct_better_and_projection_is_idempotent():
     motions, others = windows(60, 48), windows(9, 48, seed=1)
     errors = []
     for k in (1, 5, 20, 48):
@@ -61,7 +61,7 @@ def test_more_components_are_nearer_and_a_projection_stays():
 
 @given(st.integers(1, 45))
 def test_any_length(n_frames):
-    """Windows every half of one, averaged where they overlap; what is short is mirrored."""
+    """Windows overlap by half and are averaged; short motion is mirrored."""
     fitted = fit_pca(windows(30, 48), SCALED, n_components=7)
     motions = windows(2, 6, n_frames, seed=2)
     projected = fitted.project(motions)
@@ -76,7 +76,7 @@ def test_any_length(n_frames):
     np.testing.assert_allclose(projected, (total / count)[:, :n_frames], rtol=0, atol=1e-9)
 
 
-def test_the_signature_is_of_all_numbers():
+def test_signature_depends_on_all_numbers():
     fitted = fit_pca(windows(30, 48), SCALED, n_components=7)
     assert fitted.signature == fit_pca(windows(30, 48), SCALED, n_components=7).signature
     assert fitted.signature.startswith("pca-7-")
@@ -88,14 +88,14 @@ def test_the_signature_is_of_all_numbers():
     assert len({fitted.signature, *(other.signature for other in others)}) == 4
 
 
-def test_what_cannot_be_fitted_or_projected():
+def test_bad_input():
     motions = windows(4, 3)
     for wrong, message in (
         (motions[0], r"windows: expected shape \(n, T, 6\), got \(8, 6\)"),
         (motions[:, :7], "windows: expected an even number of frames, got 7"),
         (motions[..., :5], r"windows: expected shape \(n, T, 6\)"),
-        (np.repeat(motions[:1], 3, axis=0), "windows: they are all the same"),
-        (motions[:1], "windows: they are all the same"),
+        (np.repeat(motions[:1], 3, axis=0), "windows: all windows are equal"),
+        (motions[:1], "windows: all windows are equal"),
         (motions * np.nan, "windows: nan at index"),
     ):
         with pytest.raises(ValueError, match=f"^{message}"):
@@ -107,5 +107,5 @@ def test_what_cannot_be_fitted_or_projected():
         fitted.project(motions[0])
     with pytest.raises(ValueError, match=r"^code: expected shape \(n, T, 2\)"):
         fitted.decode(np.zeros((1, 1, 3)), 8)
-    with pytest.raises(ValueError, match=r"^n_frames: 1 windows are of 8 frames"):
+    with pytest.raises(ValueError, match=r"^n_frames: 1 windows have 8 frames"):
         fitted.decode(np.zeros((1, 1, 2)), 9)

@@ -1,4 +1,4 @@
-"""Prepared sets: what is in them, parts by subject, files that are broken, the cache, and counts on real motion."""
+"""Tests of prepared motion: contents, selection, broken files, the cache, and counts on real motion."""
 
 import dataclasses
 import json
@@ -24,7 +24,7 @@ from npss_baselines.manifold.motion.split import held_out_subjects
 
 
 def clips(*lengths, source="synthetic", fps=30.0):
-    """Clips of so many frames at 30 frames per second, each of another subject."""
+    """Return clips of the given lengths at 30 frames per second, each of another subject."""
     frames = [math.ceil((length - 1) * fps / 30) + 1 for length in lengths]
     walks = synthetic_clips(len(lengths), max(frames), seed=3, fps=fps)
     return [
@@ -53,7 +53,7 @@ def same(first, second):
 # What is in a set
 
 
-def test_a_set_has_all_clips_whole_and_in_windows(motion):
+def test_contents(motion):
     assert motion.windows.shape == (5 + 1 + 1 + 3, 160, 63)
     assert motion.windows.dtype == np.float32
     np.testing.assert_array_equal(motion.clip_of, [0, 0, 0, 0, 0, 1, 2, 3, 3, 3])
@@ -82,7 +82,7 @@ def test_frame_rates_agree():
     assert abs(slow - fast)[:, :60].max() < 0.005  # of a walk that is the same at every rate, but for its path
 
 
-def test_only_sources_that_do_not_say_what_is_up_are_levelled():
+def test_only_sources_without_up_direction_are_levelled():
     (clip,) = clips(200)
     tilted = dataclasses.replace(clip, source="h36m")
     expected = level(normalise_lengths(tilted.positions, JOINTS), JOINTS)
@@ -92,13 +92,13 @@ def test_only_sources_that_do_not_say_what_is_up_are_levelled():
     assert abs(prepare([tilted]).features[0] - prepare([clip]).features[0]).max() > 0.01
 
 
-def test_the_unit_of_the_source_does_not_matter():
+def test_unit_does_not_matter():
     (clip,) = clips(200)
     inches = dataclasses.replace(clip, positions=clip.positions / 25.4)
     np.testing.assert_allclose(prepare([inches]).features[0], prepare([clip]).features[0], rtol=0, atol=1e-6)
 
 
-def test_other_lengths():
+def test_another_skeleton():
     tall = dataclasses.replace(JOINTS)  # a copy
     tall = type(JOINTS)(JOINTS.names, JOINTS.parents, 2 * JOINTS.offsets)
     scale = np.r_[np.full(60, 2), 1, 2, 2]
@@ -107,8 +107,8 @@ def test_other_lengths():
     )
 
 
-def test_what_cannot_be_prepared_is_named():
-    with pytest.raises(ValueError, match=r"^clips: there are none"):
+def test_invalid_clips_are_named():
+    with pytest.raises(ValueError, match=r"^clips: expected at least one"):
         prepare([])
     with pytest.raises(ValueError, match=r"^clips: synthetic gait/0: duplicate clip"):
         prepare(clips(100) * 2)
@@ -117,7 +117,7 @@ def test_what_cannot_be_prepared_is_named():
     (clip,) = clips(100)
     broken = clip.positions.copy()
     broken[7, 3] = broken[7, 2]
-    with pytest.raises(ValueError, match=r"^synthetic gait/0: positions: LeftFoot is where its parent .* at frame 7"):
+    with pytest.raises(ValueError, match=r"^synthetic gait/0: positions: LeftFoot coincides with .* at frame 7"):
         prepare([dataclasses.replace(clip, positions=broken)])
 
 
@@ -129,7 +129,7 @@ def part(name, source, subject, n_frames=100):
     return Clip(name, source, subject, "walk", clip.fps, clip.positions)
 
 
-def test_parts_are_by_subject_and_source():
+def test_selection_by_subject_and_source():
     whole = prepare(
         [
             part("02_01", "cmu", "cmu/02"),
@@ -152,8 +152,8 @@ def test_parts_are_by_subject_and_source():
     assert train.counts() == {"clips": 2, "windows": 2, "padded": 1, "frames": 350, "left_out": 10}
 
 
-def test_a_part_without_clips_and_a_name_that_is_no_list_are_refused(motion):
-    with pytest.raises(ValueError, match=r"^no clip is left of 4 by subjects \['cmu/02'\]"):
+def test_invalid_selection(motion):
+    with pytest.raises(ValueError, match=r"^none of 4 clips matches: subjects \['cmu/02'\]"):
         motion.only(subjects=["cmu/02"])
     with pytest.raises(TypeError, match=r"^subjects: expected a sequence of names, got 'cmu/02'"):
         motion.only(subjects="cmu/02")
@@ -164,7 +164,7 @@ def test_a_part_without_clips_and_a_name_that_is_no_list_are_refused(motion):
 # Files
 
 
-def test_a_file_holds_the_set(motion, tmp_path):
+def test_save_and_load(motion, tmp_path):
     save(tmp_path / "set.npz", motion)
     assert [path.name for path in tmp_path.iterdir()] == ["set.npz"]
     same(load(tmp_path / "set.npz"), motion)
@@ -196,14 +196,14 @@ def arrays(motion):
         lambda header, rows: (header, np.where(np.arange(63) == 5, np.float32(np.nan), rows)),
     ],
 )
-def test_files_that_hold_something_else_are_refused(motion, tmp_path, spoil):
+def test_invalid_files_are_refused(motion, tmp_path, spoil):
     header, rows = spoil(*arrays(motion))
     np.savez(tmp_path / "set.npz", header=json.dumps(header), features=rows)
-    with pytest.raises(ValueError, match=r"set\.npz: not a set of prepared motion, or a broken one: "):
+    with pytest.raises(ValueError, match=r"set\.npz: not a valid set of prepared motion: "):
         load(tmp_path / "set.npz")
 
 
-def test_files_that_are_damaged_are_refused_wherever_the_damage_is(motion, tmp_path):
+def test_damaged_files_are_refused(motion, tmp_path):
     path = tmp_path / "set.npz"
     save(path, prepare(clips(3)))
     whole = path.read_bytes()
@@ -220,19 +220,19 @@ def test_files_that_are_damaged_are_refused_wherever_the_damage_is(motion, tmp_p
         try:
             read = load(path)
         except ValueError as error:
-            refused += str(error).startswith(f"{path}: not a set of prepared motion")
+            refused += str(error).startswith(f"{path}: not a valid set of prepared motion")
         else:
             same(read, expected)
-    assert refused > 300  # some bytes of an archive mean nothing
+    assert refused > 300  # some bytes of an archive do not matter
     path.write_bytes(b"")
-    with pytest.raises(ValueError, match="not a set of prepared motion"):
+    with pytest.raises(ValueError, match="not a valid set of prepared motion"):
         load(path)
     np.save(tmp_path / "one.npy", np.zeros(3))
-    with pytest.raises(ValueError, match="not a set of prepared motion"):
+    with pytest.raises(ValueError, match="not a valid set of prepared motion"):
         load(tmp_path / "one.npy")
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("header.npy", b"cos\nsystem\n(S'true'\ntR.")
-    with pytest.raises(ValueError, match="not a set of prepared motion"):
+    with pytest.raises(ValueError, match="not a valid set of prepared motion"):
         load(path)
     with pytest.raises(FileNotFoundError):
         load(tmp_path / "nowhere.npz")
@@ -240,14 +240,14 @@ def test_files_that_are_damaged_are_refused_wherever_the_damage_is(motion, tmp_p
 
 def test_pickles_are_not_read(tmp_path):
     np.savez(tmp_path / "set.npz", header=np.array({"version": VERSION}, dtype=object), features=np.zeros(3))
-    with pytest.raises(ValueError, match="not a set of prepared motion"):
+    with pytest.raises(ValueError, match="not a valid set of prepared motion"):
         load(tmp_path / "set.npz")
 
 
 # The cache
 
 
-def test_a_cache_makes_once_and_makes_anew_what_is_broken(motion, tmp_path):
+def test_cache_replaces_broken_files(motion, tmp_path):
     calls = []
 
     def make():
@@ -268,7 +268,7 @@ def test_a_cache_makes_once_and_makes_anew_what_is_broken(motion, tmp_path):
     assert len(calls) == 3
 
 
-def test_a_cache_knows_the_version_and_the_skeleton(motion, tmp_path, monkeypatch):
+def test_cache_depends_on_version_and_skeleton(motion, tmp_path, monkeypatch):
     cached(tmp_path, "a", lambda: motion)
     monkeypatch.setattr("npss_baselines.manifold.motion.cache.VERSION", 2)
     cached(tmp_path, "a", lambda: motion)
@@ -279,15 +279,15 @@ def test_a_cache_knows_the_version_and_the_skeleton(motion, tmp_path, monkeypatc
     assert len(list(tmp_path.iterdir())) == 3
 
 
-def test_a_set_that_cannot_be_made_leaves_no_file(tmp_path):
-    with pytest.raises(ValueError, match="none"):
+def test_failed_preparation_leaves_no_file(tmp_path):
+    with pytest.raises(ValueError, match="expected at least one"):
         cached(tmp_path, "a", lambda: prepare([]))
     assert not list(tmp_path.iterdir())
 
 
 @pytest.fixture
 def two_files(tmp_path, monkeypatch):
-    """A source of two files, which are counted instead of read."""
+    """Register a source of two files, and count its reads."""
     root = tmp_path / "cmu"
     (root / "02").mkdir(parents=True)
     for name in ("02/02_01.bvh", "02/02_02.bvh"):
@@ -305,7 +305,7 @@ def two_files(tmp_path, monkeypatch):
     return root, tmp_path / "cache", reads
 
 
-def test_what_is_cached_is_read_again_when_a_file_changes(two_files):
+def test_cache_notices_changed_files(two_files):
     root, cache, reads = two_files
     first = motion_set({"cmu": root}, cache=cache)
     same(motion_set({"cmu": str(root)}, cache=str(cache)), first)
@@ -357,7 +357,7 @@ def test_human36m(h36m_root, tmp_path):
 
 
 def check_real(motion):
-    """Figures face +z, stand on the ground, and are recovered."""
+    """Check that figures face +z, stand on the ground, and are recovered."""
     joint = JOINTS.names.index
     for clip, rows in zip(motion.clips, motion.features, strict=True):
         local = rows[:, :60].reshape(-1, 20, 3)

@@ -1,4 +1,4 @@
-"""Uses that restore, interpolate and sample motion, on manifolds whose answer is known."""
+"""Tests of restoration, interpolation and sampling, on manifolds with known results."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ FLAT = Scaling(np.zeros(F), np.ones(F))
 
 
 class Pairs:
-    """A manifold whose code is the mean of every two frames."""
+    """A manifold whose code is the average of every two frames."""
 
     signature = "pairs"
 
@@ -35,7 +35,7 @@ class Pairs:
 
 @pytest.fixture
 def windows():
-    """One whole window, and one of a clip of 60 frames."""
+    """Return a whole window, and a padded one of 60 frames."""
     from npss_baselines.manifold.motion.windows import windows_of
 
     rng = np.random.default_rng(0)
@@ -45,7 +45,7 @@ def windows():
 
 class TestCorrupted:
     @pytest.mark.parametrize("application", list(RESTORATIONS))
-    def test_padding_tells_nothing_new(self, windows, application):
+    def test_padding_reveals_nothing(self, windows, application):
         left = corrupted(application, windows, MEAN)
         for values in (left.features, left.known):
             assert values.shape == (2, 160, F)
@@ -53,12 +53,12 @@ class TestCorrupted:
             assert np.array_equal(values[1, 118:160], values[1, :42])
 
     @pytest.mark.parametrize("application", list(RESTORATIONS))
-    def test_it_depends_on_the_seed_alone(self, windows, application):
+    def test_same_seed_same_result(self, windows, application):
         first, again, other = (corrupted(application, windows, MEAN, seed=seed) for seed in (0, 0, 1))
         assert np.array_equal(first.features, again.features)
         assert np.array_equal(first.features, other.features) == (application not in ("repair", "kinect"))
 
-    def test_to_project_is_to_corrupt_nothing(self, windows):
+    def test_project_corrupts_nothing(self, windows):
         left = corrupted("project", windows, MEAN)
         assert np.array_equal(left.features, windows.features)
         assert left.known.all()
@@ -72,7 +72,7 @@ class TestCorrupted:
         left = corrupted("inbetween", windows, MEAN)
         assert np.array_equal(left.features[0, 44], windows.features[0, 30])
 
-    def test_no_such_application(self, windows):
+    def test_unknown_application(self, windows):
         with pytest.raises(ValueError, match="application: expected one of project, repair"):
             corrupted("mend", windows, MEAN)
 
@@ -102,14 +102,14 @@ class TestLinear:
 
 
 class TestRescaled:
-    def test_it_is_right_on_average(self):
+    def test_unbiased(self):
         motion = np.random.default_rng(0).normal(3, 1, (1, 4, F))
         windows = Windows(np.tile(motion, (4000, 1, 1)), np.ones((4000, 4), bool))
         left = corrupted("repair", windows, MEAN)
         assert rescaled(left, MEAN).mean(axis=0) == pytest.approx(motion[0], abs=0.4)
         assert np.abs(left.features.mean(axis=0) - motion[0]).max() > 1
 
-    def test_nothing_known_is_the_mean_and_all_known_the_motion(self):
+    def test_nothing_or_everything_known(self):
         motion = np.random.default_rng(0).normal(3, 1, (2, 4, F))
         nothing = Corrupted(np.broadcast_to(MEAN, motion.shape).astype(float), np.zeros(motion.shape, bool))
         assert np.array_equal(rescaled(nothing, MEAN), nothing.features)
@@ -142,12 +142,12 @@ class TestInterpolate:
         ("share", "error", "message"),
         [(-0.1, ValueError, "share: expected"), (np.nan, ValueError, "share"), ("x", TypeError, "share: expected")],
     )
-    def test_no_share(self, share, error, message):
+    def test_invalid_share(self, share, error, message):
         with pytest.raises(error, match=message):
             blend([0.0], [1.0], share)
 
     def test_shapes_differ(self):
-        with pytest.raises(ValueError, match=r"second: its shape \(3,\) differs"):
+        with pytest.raises(ValueError, match=r"second: shape \(3,\) differs"):
             blend(np.zeros(2), np.zeros(3), 0.5)
 
 
@@ -180,7 +180,7 @@ class TestSamples:
         with pytest.raises(ValueError, match="n: expected a positive integer"):
             sample_codes(self.CODES, 0, seed=0)
 
-    def test_a_unit_alone(self):
+    def test_single_unit(self):
         motion = filter_motion(Pairs(), (4, F), 5, 8, largest=0.2)
         expected = np.zeros((2, F))  # the frames that change
         expected[:, 5] = 0.2
@@ -192,5 +192,5 @@ class TestSamples:
                 return motion + 0.09 * np.roll(motion, 2, axis=1)
 
         assert len(filter_motion(Faint(), (4, F), 5, 8)) == 2
-        with pytest.raises(ValueError, match="unit: expected one of 0 to 62, got 63"):
+        with pytest.raises(ValueError, match="unit: expected a number from 0 to 62, got 63"):
             filter_motion(Pairs(), (4, F), 63, 8)

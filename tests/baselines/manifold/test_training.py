@@ -1,4 +1,4 @@
-"""Training the manifold: by hand as by autograd, killed as if it had not been, and the command, end to end."""
+"""Tests of training: gradients against autograd, interruption, and the command."""
 
 import copy
 import csv
@@ -33,7 +33,7 @@ from outcomes import same
 
 @pytest.fixture(autouse=True)
 def _small_chunks(monkeypatch):
-    """Several chunks an epoch, and not every one saved."""
+    """Use several chunks per epoch, and save only some."""
     small_chunks(monkeypatch.setattr)
 
 
@@ -46,7 +46,7 @@ def sets():
 
 
 def frame_weights(mask, pooled, width):
-    """How much frames count in a mean, by counting."""
+    """Return the weights of frames, by counting."""
     counts = np.array([[any(window[t : t + pooled]) for t in range(0, len(window), pooled)] for window in mask])
     return torch.from_numpy(counts / (counts.sum(1, keepdims=True) * width)).unsqueeze(2)
 
@@ -54,8 +54,8 @@ def frame_weights(mask, pooled, width):
 @pytest.mark.parametrize("unpool", ["both", "half"])
 @pytest.mark.parametrize("random", [True, False])
 @pytest.mark.parametrize("depth", [1, 2, 3])
-def test_one_window_by_hand_is_autograd(unpool, random, depth):
-    """In float64, where the two differ by rounding alone; with values that are clipped, and some that are not."""
+def test_per_window_sgd_equals_autograd(unpool, random, depth):
+    """Compare in float64, up to rounding, with clipped and unclipped values."""
     torch.manual_seed(depth)
     made = AutoencoderConfig(n_features=6, widths=(5, 7, 4)[:depth], kernel=5, unpool=unpool, eps=0.4)
     network = Autoencoder(made).double()
@@ -88,7 +88,7 @@ def test_one_window_by_hand_is_autograd(unpool, random, depth):
             torch.testing.assert_close(first, second, rtol=0, atol=1e-12)
 
 
-def test_the_loss_is_what_it_says():
+def test_loss():
     network = Autoencoder(replace(TINY, n_features=6)).double()
     rng = np.random.default_rng(0)
     windows, mask = torch.from_numpy(rng.normal(size=(3, 8, 6))), rng.random((3, 8)) < 0.6
@@ -111,7 +111,7 @@ def test_the_loss_is_what_it_says():
 
 @pytest.mark.parametrize("loss", ["mean", "sum"])
 def test_masked_frames_do_not_count(sets, tmp_path, loss):
-    """Whatever a window is padded with, beyond what filters see of it; and what they see counts only as context."""
+    """Padding beyond the reach of filters has no effect; within it, padding is only context."""
     training_set, validation_set = sets
     windows = training_set.windows.copy()
     windows[0, 120:] = 1e3
@@ -124,16 +124,16 @@ def test_masked_frames_do_not_count(sets, tmp_path, loss):
         losses.append([])
         for phase in range(2):
             module._begin(phase)
-            of = (module._seen[:1], module._of_frames[:1], module._of_steps[:1])
+            tensors = (module._seen[:1], module._of_frames[:1], module._of_steps[:1])
             layer = module.network.first()[phase : phase + 1]
             options = {"corruption": 0.0, "sparsity": 0.1, "random": False}
-            losses[i].append(loss_of(layer, *of, **options).item())
+            losses[i].append(loss_of(layer, *tensors, **options).item())
     assert losses[0] == pytest.approx(losses[1], rel=1e-6)
     assert module._of_frames[0].sum() == pytest.approx(1 / 4 if loss == "mean" else 50)
 
 
-def test_what_is_left_is_rescaled():
-    """The mean of the input is then the motion; written out."""
+def test_rescaled_corruption():
+    """The expected input is then the motion."""
     torch.manual_seed(0)
     network = Autoencoder(TINY)
     windows = torch.randn(3, 8, 63)
@@ -151,8 +151,8 @@ def test_what_is_left_is_rescaled():
 # --- a run ---
 
 
-def test_training_is_the_plain_loop(sets, tmp_path):
-    """Against loops written out: order, seeds, corruption, frozen layers, rates, clipping."""
+def test_training_equals_a_plain_loop(sets, tmp_path):
+    """Compare order, seeds, corruption, frozen layers, rates and clipping with a plain loop."""
     training_set, validation_set = sets
     configuration = replace(configured(), seed=7, select="last")
     before = torch.get_rng_state()
@@ -222,7 +222,7 @@ def test_training_is_the_plain_loop(sets, tmp_path):
     assert [float(row["error"]) for row in read] == [row["error"] for row in rows]
 
 
-def test_a_run_that_is_killed_again_and_again_ends_as_if_it_had_not_been(tmp_path, sets, processes):
+def test_interrupted_run_gives_the_same_result(tmp_path, sets, processes):
     configuration = configured()
     expected = trained(tmp_path / "whole", configuration, sets)
     out = tmp_path / "killed"
@@ -246,7 +246,7 @@ def test_a_run_that_is_killed_again_and_again_ends_as_if_it_had_not_been(tmp_pat
     assert same(outcome(out), outcome(tmp_path / "whole"))
 
 
-def test_which_weights_are_kept(tmp_path, sets, monkeypatch):
+def test_kept_weights(tmp_path, sets, monkeypatch):
     for select, epoch in (("best", 2), ("last", 3)):
         errors = iter([0.1, 0.1, 0.1, 0.1, 0.4, 0.2, 0.3])  # those of other phases do not count
         monkeypatch.setattr(trainer.Training, "_error", lambda *_, errors=errors: next(errors))
@@ -260,13 +260,13 @@ def test_which_weights_are_kept(tmp_path, sets, monkeypatch):
     assert same({name: second[name] for name in last}, last)
 
 
-def test_stages_without_epochs_are_left_out(tmp_path, sets):
+def test_stages_without_epochs_are_skipped(tmp_path, sets):
     rows = trained(tmp_path, configured(layers=Stage(epochs=0)), sets)
     assert {row["phase"] for row in rows} == {"whole"}
     rows = trained(tmp_path / "layers", configured(whole=Stage(epochs=0)), sets)
     assert [row["phase"] for row in rows] == ["layer 1"] * 2 + ["layer 2"] * 2
     assert folder.load(tmp_path / "layers").measured["phase"] == "layer 2"
-    with pytest.raises(ValueError, match=r"^whole: no stage has an epoch"):
+    with pytest.raises(ValueError, match=r"^whole: expected at least one epoch"):
         configured(layers=Stage(epochs=0), whole=Stage(epochs=0))
 
 
@@ -277,7 +277,7 @@ def test_it_learns_and_another_seed_is_another_run(tmp_path, sets):
     assert all(a["loss"] != b["loss"] for a, b in zip(rows, others, strict=True))
 
 
-def test_training_that_diverges_says_so(tmp_path, sets):
+def test_divergence(tmp_path, sets):
     for wrong, phase, option in (("layers", "layer 1", "layers.lr"), ("whole", "whole", "whole.lr")):
         configuration = configured(**{wrong: Stage(epochs=9, lr=1e9)})
         message = rf"^training has diverged: .* in epoch \d of {phase}; try a lower --{option}"
@@ -285,8 +285,8 @@ def test_training_that_diverges_says_so(tmp_path, sets):
             trained(tmp_path / wrong, configuration, sets)
 
 
-def test_training_that_diverges_in_the_last_step_says_so(tmp_path, sets):
-    """Of which no loss tells: it was computed before."""
+def test_divergence_in_the_last_step(tmp_path, sets):
+    """No loss is computed after the last step."""
     n = len(sets[0].windows)
     configuration = configured(layers=Stage(epochs=0), whole=Stage(epochs=1, batch=n, lr=1e30))
     message = r"^training has diverged: .* every value must be finite in epoch 1 of whole; try a lower --whole\.lr"
@@ -295,10 +295,10 @@ def test_training_that_diverges_in_the_last_step_says_so(tmp_path, sets):
     assert not (tmp_path / weights.FILE).exists()
 
 
-def test_motion_that_does_not_fit(tmp_path, sets):
+def test_motion_of_the_wrong_shape(tmp_path, sets):
     with pytest.raises(ValueError, match=r"^model.n_features: 60, but the motion has 63"):
         trained(tmp_path, configured(model=replace(TINY, n_features=60)), sets)
-    with pytest.raises(ValueError, match=r"^model: 64 frames to a step, which do not divide 160"):
+    with pytest.raises(ValueError, match=r"^model: 160 frames are not a multiple of 64"):
         trained(tmp_path, configured(model=replace(TINY, widths=(2,) * 6)), sets)
 
 
@@ -311,7 +311,7 @@ def run(tmp_path, sets):
     return tmp_path
 
 
-def test_the_signature_is_of_weights_and_of_how_they_came_about(run):
+def test_signature_depends_on_weights_and_training(run):
     loaded = folder.load(run)
     signature = loaded.projector.signature
     assert signature.startswith("manifold-")
@@ -334,7 +334,7 @@ def test_the_signature_is_of_weights_and_of_how_they_came_about(run):
 def test_broken_runs_are_named(run):
     content = (run / weights.FILE).read_bytes()
     tensors = load_file(run / weights.FILE)
-    stated = {"validation": "{}"}
+    header = {"validation": "{}"}
     bias = "network.layers.0.bias"
     for wrong in (
         b"",
@@ -342,10 +342,10 @@ def test_broken_runs_are_named(run):
         content[:-8],
         serialized(tensors),
         serialized(tensors, {"validation": "{"}),
-        serialized({name: value for name, value in tensors.items() if name != "mean"}, stated),
-        serialized({name: value for name, value in tensors.items() if name != bias}, stated),
-        serialized(tensors | {bias: torch.zeros(3)}, stated),
-        serialized(tensors | {"scale": torch.ones(60)}, stated),
+        serialized({name: value for name, value in tensors.items() if name != "mean"}, header),
+        serialized({name: value for name, value in tensors.items() if name != bias}, header),
+        serialized(tensors | {bias: torch.zeros(3)}, header),
+        serialized(tensors | {"scale": torch.ones(60)}, header),
     ):
         (run / weights.FILE).write_bytes(wrong)
         with pytest.raises(ValueError, match=rf"{weights.FILE}: not the weights of the model in .*{config.FILE}"):
@@ -368,9 +368,21 @@ def test_a_checkpoint_cannot_run_code(tmp_path, sets):
 
 
 @pytest.mark.parametrize("recipe", RECIPES)
-def test_a_file_is_enough_to_repeat_a_run(tmp_path, recipe):
-    said = ["--recipe", recipe, "--seed", "5", "--depth", "2", "--quick", "--model.eps", "0.1", "--layers.lr", "0.25"]
-    configuration, _ = train_manifold.parse([*said, "--out", str(tmp_path / "a")])
+def test_configuration_reproduces_a_run(tmp_path, recipe):
+    options = [
+        "--recipe",
+        recipe,
+        "--seed",
+        "5",
+        "--depth",
+        "2",
+        "--quick",
+        "--model.eps",
+        "0.1",
+        "--layers.lr",
+        "0.25",
+    ]
+    configuration, _ = train_manifold.parse([*options, "--out", str(tmp_path / "a")])
     chosen = RECIPES[recipe]
     assert configuration.model == AutoencoderConfig(widths=(64, 128), unpool=chosen.unpool, eps=0.1)
     for name in ("scale", "size", "loss", "start"):
@@ -383,11 +395,11 @@ def test_a_file_is_enough_to_repeat_a_run(tmp_path, recipe):
     assert config.read(tmp_path / "a" / config.FILE) == configuration
     again, _ = train_manifold.parse(["--config", str(tmp_path / "a" / config.FILE), "--out", str(tmp_path / "b")])
     assert again == configuration
-    resumed, _ = train_manifold.parse([*said[2:], "--resume", "--out", str(tmp_path / "a")])
+    resumed, _ = train_manifold.parse([*options[2:], "--resume", "--out", str(tmp_path / "a")])
     assert resumed == configuration
 
 
-def test_the_papers_schedule_is_as_the_paper_says():
+def test_schedule_of_the_paper():
     configuration, _ = train_manifold.parse(["--recipe", "paper", "--out", "nowhere"])
     assert (PAPER.layers.epochs, PAPER.layers.batch, PAPER.layers.optimizer) == (25, 1, "sgd")
     assert PAPER.layers.learning_rate(0) == 0.5
@@ -415,17 +427,17 @@ def test_the_papers_schedule_is_as_the_paper_says():
         ({"corruption": 1.0}, ValueError, "corruption: expected a probability below 1"),
         ({"corruption": "some"}, TypeError, "corruption: expected a number"),
         ({"rescale": 1}, TypeError, "rescale: expected true or false"),
-        ({"sparsity": math.nan}, ValueError, "sparsity: expected a number from 0 on"),
+        ({"sparsity": math.nan}, ValueError, "sparsity: expected a number of at least 0"),
         ({"unpool": "both"}, ValueError, "unpool: expected one of even, random"),
     ],
 )
-def test_what_is_no_stage(fields, error, message):
+def test_invalid_stage(fields, error, message):
     with pytest.raises(error, match=f"^{message}"):
         Stage(**fields)
 
 
 @pytest.mark.parametrize(
-    ("stated", "message"),
+    ("content", "message"),
     [
         ([], r"expected an object, got \[\]"),
         ({}, "name: expected one of manifold, got None"),
@@ -446,9 +458,9 @@ def test_what_is_no_stage(fields, error, message):
         ({"name": "manifold", "seed": -1}, "seed: expected an integer from 0"),
     ],
 )
-def test_a_file_that_is_no_configuration_is_named(tmp_path, stated, message):
+def test_invalid_configuration_files_are_named(tmp_path, content, message):
     file = tmp_path / "some.json"
-    file.write_text(json.dumps(stated), encoding="utf-8")
+    file.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(ValueError, match=rf"some\.json: {message}"):
         config.read(file)
     file.write_bytes(b"\xff{")
@@ -456,7 +468,7 @@ def test_a_file_that_is_no_configuration_is_named(tmp_path, stated, message):
         config.read(file)
 
 
-def test_how_a_configuration_is_written_does_not_matter(tmp_path):
+def test_layout_of_a_configuration_does_not_matter(tmp_path):
     file = tmp_path / "some.json"
     file.write_text('{"name": "manifold"}', encoding="utf-8-sig")
     assert config.read(file).name == "manifold"
@@ -474,22 +486,22 @@ LITTLE = ["--quick", "--model.widths", "[4,5]", "--whole.epochs", "1", "--layers
 
 
 @pytest.mark.parametrize("recipe", RECIPES)
-def test_from_nothing_to_a_run(tmp_path, capsys, recipe):
+def test_train_command(tmp_path, capsys, recipe):
     out = tmp_path / "run"
     train_manifold.run([*LITTLE, "--recipe", recipe, "--out", str(out)])
-    said = capsys.readouterr()
-    assert said.err == ""
-    assert "training on 20 windows of 4 clips (synthetic) of 4 subjects" in said.out
-    assert "windows of synthetic/2, synthetic/3" in said.out
-    assert "heights on windows of synthetic/0, synthetic/1" in said.out
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    assert "training on 20 windows of 4 clips (synthetic) of 4 subjects" in printed.out
+    assert "windows of synthetic/2, synthetic/3" in printed.out
+    assert "body heights on windows of synthetic/0, synthetic/1" in printed.out
     assert {file.name for file in out.iterdir()} == {config.FILE, weights.FILE, CHECKPOINT, metrics.FILE, launch.LOCK}
     loaded = folder.load(out)
     assert loaded.configuration.data.sources == ("synthetic",)
     assert asdict(loaded.configuration)["data"]["windows"] == 20
-    # The number that is said, measured anew.
+    # Measure the printed number again.
     tested = prepare(synthetic_clips(2, 500, seed=0))
     assert {clip.subject for clip in tested.clips} <= set(held_out_subjects())
-    assert f"mean joint error {train_manifold.error_of(loaded.projector, tested):.4f} heights" in said.out
+    assert f"joint error {train_manifold.error_of(loaded.projector, tested):.4f} body heights" in printed.out
 
     # Nothing is left to do; and other motion is refused.
     before = outcome(out)
@@ -498,12 +510,12 @@ def test_from_nothing_to_a_run(tmp_path, capsys, recipe):
     other = replace(loaded.configuration, data=replace(loaded.configuration.data, digest="0"))
     config.write(out / config.FILE, other, "cpu")
     with pytest.raises(
-        ValueError, match=r"^--resume: .* was trained on 20 windows of 4 clips \(synthetic\); these are"
+        ValueError, match=r"^--resume: .* was trained on other windows: 20 windows of 4 clips \(synthetic\), not"
     ):
         train_manifold.run([*LITTLE, "--out", str(out), "--resume"])
 
 
-def test_nobody_is_in_two_sets(sets):
+def test_subjects_are_in_one_set(sets):
     clips = [
         *(f"cmu/{i:02}" for i in range(1, 15)),
         *(f"h36m/S{i}" for i in (1, 5, 6, 7, 8, 9, 11)),
@@ -521,7 +533,7 @@ def test_nobody_is_in_two_sets(sets):
     assert sum(map(len, subjects)) == len(clips)
     assert subjects[1] == set(validation_subjects())
     assert subjects[2] == set(held_out_subjects())
-    # Where none of those who are to be validated on are there, another one is; where nobody is left, that is said.
+    # Without validation subjects, another subject validates; without another subject, there is an error.
     few = whole.only(subjects=["cmu/02", "cmu/05", "cmu/06"])
     assert [[clip.subject for clip in part.clips] for part in split(few)] == [
         ["cmu/05"],
@@ -529,12 +541,12 @@ def test_nobody_is_in_two_sets(sets):
         ["cmu/02"],
     ]
     assert split(whole.only(subjects=["cmu/05", "cmu/06"]))[2] is None
-    with pytest.raises(ValueError, match=r"^there is motion of cmu/02, cmu/05; without those who are tested on, "):
+    with pytest.raises(ValueError, match=r"^training needs two subjects, .*; the motion has cmu/02, cmu/05$"):
         split(whole.only(subjects=["cmu/02", "cmu/05"]))
 
 
 @pytest.mark.parametrize(
-    ("said", "message"),
+    ("arguments", "message"),
     [
         (["--recipe", "quick"], "argument --recipe: invalid choice: 'quick'"),
         (["--depth", "4"], "argument --depth: invalid choice: 4"),
@@ -543,15 +555,15 @@ def test_nobody_is_in_two_sets(sets):
             "unrecognized arguments: --layers.rate 1; there are --layers.batch, .*, --layers.unpool",
         ),
         (["--whole.lr", "-1"], "lr: expected a positive, finite number, got -1.0"),
-        (["--model.widths", "[]"], "widths: expected those of one layer or more"),
+        (["--model.widths", "[]"], "widths: expected at least one layer"),
         (["--model.kernel", "wide"], 'Parser key "model.kernel"'),
         (["--scale", "unit"], "argument --scale: invalid choice: 'unit'"),
         (["--seed", "-1"], "seed: expected an integer from 0"),
     ],
 )
-def test_bad_arguments_are_answered_with_what_there_is(said, message):
+def test_invalid_arguments(arguments, message):
     with pytest.raises(ValueError, match=message):
-        train_manifold.parse([*said, "--out", "nowhere"])
+        train_manifold.parse([*arguments, "--out", "nowhere"])
 
 
 def test_a_run_is_not_overwritten(run):
@@ -563,24 +575,24 @@ def test_a_run_is_not_overwritten(run):
         (["--resume", "--seed", "3"], f"--resume: {file} has another value of seed; leave it out"),
         (["--resume", "--quick"], f"--resume: {file} has another value of quick; leave it out"),
         (["--resume", "--depth", "1"], f"--resume: {file} has another value of model; leave it out"),
-        (["--resume", "--depth", "3"], "--depth: there are 2 layers"),
-        (["--resume", "--recipe", "paper"], f"--recipe: {file} states one already"),
+        (["--resume", "--depth", "3"], "--depth: expected at most 2 layers"),
+        (["--resume", "--recipe", "paper"], f"--recipe: conflicts with {file}"),
     ):
         with pytest.raises(ValueError, match=f"^{message}"):
             train_manifold.parse([*wrong, "--out", str(run)])
 
 
-def test_help_names_all_there_is(capsys):
+def test_help_lists_all_options(capsys):
     with pytest.raises(SystemExit) as done:
         train_manifold.run(["--help"])
     assert done.value.code == 0
-    said = capsys.readouterr().out
+    printed = capsys.readouterr().out
     for option in ("--cmu", "--styles", "--h36m", "--recipe", "--quick", "--depth", "--model.eps", "--whole.lr"):
-        assert option in said
+        assert option in printed
 
 
 def test_real_motion(cmu_root, tmp_path, capsys):
     train_manifold.run([*LITTLE, "--cmu", str(cmu_root), "--out", str(tmp_path / "run")])
-    said = capsys.readouterr().out
-    assert "(cmu) of 1 subjects; weights are chosen by 11 windows of cmu/08" in said
-    assert "heights on windows of cmu/02" in said
+    printed = capsys.readouterr().out
+    assert "(cmu) of 1 subjects; validating on 11 windows of cmu/08" in printed
+    assert "body heights on windows of cmu/02" in printed

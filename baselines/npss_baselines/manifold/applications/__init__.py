@@ -1,1 +1,1 @@
-"""What a manifold is for: restoring, interpolating, finding, comparing motion."""
+"""Applications of a manifold: restoration, interpolation, sampling, retrieval, distance."""

@@ -1,8 +1,7 @@
-"""Motion made worse on purpose: random zeros, a simulated depth camera, a joint that is missing, stepped keys.
+"""Corrupt motion: random zeros, a simulated depth camera, missing joints, stepped keys.
 
-What is corrupted are the features of windows, ``(n, T, 3 J + 3)``: positions of J joints in the character's frame, the
-turn, and two velocities. A value that is lost becomes the mean over training frames, which is the zero of what the
-network sees.
+The input is features of windows, ``(n, T, 3 J + 3)``: positions of J joints in the character's frame, the turn, and two
+velocities. A lost value becomes the average over training frames, which scaling maps to zero.
 """
 
 from __future__ import annotations
@@ -26,28 +25,28 @@ from npss.validation import (
     renamed,
 )
 
-#: Share of the values that `zeros` loses, and every which frame `stepped_keys` keeps: the paper's.
+#: Share of values that `zeros` loses, and frames between the keys of `stepped_keys`, as in the paper.
 LOST, EVERY = 0.5, 15
-#: Of the simulated camera. Standard deviations of the noise in each frame: of every coordinate and of the root's place,
-#: in heights, and of the facing direction, in radians.
+#: Noise of the simulated camera: standard deviations per frame of coordinates and the root's position, in body heights,
+#: and of the facing direction, in radians.
 JITTER, TURN_JITTER = 0.01, 0.02
-#: A joint is lost in a frame with this probability, and stays so for as many frames on average.
+#: Probability per frame that a joint drops out, and average number of frames until it is seen again.
 DROP, SPELL = 0.02, 8
-#: One limb is occluded for this share of the window.
+#: Share of the window in which one limb is occluded.
 OCCLUDED = 0.4
 _LIMBS = ("LeftForeArm", "RightForeArm", "LeftLeg", "RightLeg")
 
 
 @dataclass(frozen=True)
 class Corrupted:
-    """Windows that have been corrupted.
+    """Corrupted windows.
 
     Attributes
     ----------
     features : (n, T, F) ndarray of float64
-        What is left of them.
+        The corrupted features.
     known : (n, T, F) ndarray of bool
-        Which values were seen, be it with noise; the others stand for what was lost.
+        True for values that were seen, if with noise; False for lost ones.
     """
 
     features: Float64
@@ -56,29 +55,29 @@ class Corrupted:
 
 @renamed(rng="seed")
 def zeros(features: npt.ArrayLike, mean: npt.ArrayLike, *, lost: float = LOST, seed: Seed) -> Corrupted:
-    """Lose every value with the same probability, independently.
+    """Lose each value independently with the same probability.
 
     Parameters
     ----------
     features : (n, T, F) array_like
         Windows.
     mean : (F,) array_like
-        What a lost value becomes: the mean of each feature over training frames. The paper sets values to zero after it
-        has subtracted the mean; this is the same.
+        Replacement of lost values: the average of each feature over training frames. The paper equivalently sets values
+        to zero after subtracting the mean.
     lost : float, optional
         The probability, from 0 to 1.
     seed : int or numpy.random.Generator
-        Where randomness comes from.
+        Source of randomness.
 
     Returns
     -------
     Corrupted
-        The windows that are left.
+        The corrupted windows.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not as described.
+        If an argument is invalid.
 
     Examples
     --------
@@ -96,24 +95,24 @@ def zeros(features: npt.ArrayLike, mean: npt.ArrayLike, *, lost: float = LOST, s
 
 
 def missing(features: npt.ArrayLike, mean: npt.ArrayLike, *, joints: Sequence[int]) -> Corrupted:
-    """Lose joints throughout.
+    """Lose joints in all frames.
 
     Parameters
     ----------
     features, mean
         As for `zeros`.
     joints : sequence of int
-        Which; see `branch`.
+        Indices of the joints; see `branch`.
 
     Returns
     -------
     Corrupted
-        The windows that are left.
+        The corrupted windows.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not as described.
+        If an argument is invalid.
 
     Examples
     --------
@@ -128,24 +127,24 @@ def missing(features: npt.ArrayLike, mean: npt.ArrayLike, *, joints: Sequence[in
 
 
 def stepped_keys(features: npt.ArrayLike, *, every: int = EVERY) -> Corrupted:
-    """Keep every so many frames, from the first on, and hold each until the next: animation in stepped keys.
+    """Keep every n-th frame, from the first on, and hold it until the next: stepped keys.
 
     Parameters
     ----------
     features : (n, T, F) array_like
         Windows.
     every : int, optional
-        Frames from key to key.
+        Frames from one key to the next.
 
     Returns
     -------
     Corrupted
-        The windows that are left; known are the keys.
+        The corrupted windows; only keys are known.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not as described.
+        If an argument is invalid.
 
     Examples
     --------
@@ -161,35 +160,35 @@ def stepped_keys(features: npt.ArrayLike, *, every: int = EVERY) -> Corrupted:
 
 @renamed(rng="seed")
 def kinect(features: npt.ArrayLike, skeleton: Skeleton, *, seed: Seed) -> Corrupted:
-    """Simulate what a depth camera sees: jitter, joints that drop out and are held, and a limb that is occluded.
+    """Simulate a depth camera: jitter, joints that drop out, and an occluded limb.
 
-    Simulated: no camera was used, and nothing is fitted to one.
+    No camera was used, and nothing is fitted to one.
 
-    - Jitter: independent Gaussian noise in each frame, of `JITTER` heights on every coordinate and on the root's place
-      (hence its differences on the velocities), of `TURN_JITTER` radians on the direction in which it faces.
-    - Drop-outs: each joint but the root is lost at times, with probability `DROP` a frame, for a geometric time of
-      `SPELL` frames on average, and stays where it was last seen.
-    - Occlusion: a random arm or leg, from elbow or knee on, is not seen for `OCCLUDED` of the window, at a random time,
-      and stays where it was last seen (where it is next seen, if the window begins with it).
+    - Jitter: independent Gaussian noise in each frame, of `JITTER` body heights on every coordinate and on the root's
+      position (whose differences change the velocities), and of `TURN_JITTER` radians on the facing direction.
+    - Drop-outs: each joint except the root is lost with probability `DROP` a frame, for a geometrically distributed
+      time of `SPELL` frames on average, and stays where it was last seen.
+    - Occlusion: a random arm or leg, from elbow or knee on, is hidden for `OCCLUDED` of the window, at a random time,
+      and stays where it was last seen (or is next seen, if the window begins with the occlusion).
 
     Parameters
     ----------
     features : (n, T, F) array_like
         Windows.
     skeleton : npss.skeleton.Skeleton
-        Whose joints the first columns are.
+        The skeleton of the first columns.
     seed : int or numpy.random.Generator
-        Where randomness comes from.
+        Source of randomness.
 
     Returns
     -------
     Corrupted
-        The windows that are left; known is what was seen, with jitter.
+        The corrupted windows; seen values, with jitter, are known.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not as described.
+        If an argument is invalid.
     """
     windows = _windows(features)
     n, n_frames, n_features = windows.shape
@@ -200,7 +199,7 @@ def kinect(features: npt.ArrayLike, skeleton: Skeleton, *, seed: Seed) -> Corrup
     rng = generator(seed)
 
     seen = np.ones((n, n_frames, n_joints), bool)
-    ends = np.zeros((n, n_joints))  # of the spell that goes on
+    ends = np.zeros((n, n_joints))  # of the current drop-out
     for t in range(n_frames):
         begins = (rng.random((n, n_joints)) < DROP) & (ends <= t)
         ends = np.where(begins, t + rng.geometric(1 / SPELL, (n, n_joints)), ends)
@@ -215,7 +214,7 @@ def kinect(features: npt.ArrayLike, skeleton: Skeleton, *, seed: Seed) -> Corrup
     noisy = windows.copy()
     positions = noisy[..., :-3].reshape(n, n_frames, n_joints, 3)
     positions += JITTER * rng.standard_normal(positions.shape)
-    positions[..., root, ::2] = 0  # the root is where the frame is
+    positions[..., root, ::2] = 0  # the root defines the character's frame
     place = rng.standard_normal((n, n_frames + 1, 3)) * (TURN_JITTER, JITTER, JITTER)
     noisy[..., -3:] += np.diff(place, axis=1)
 
@@ -225,7 +224,7 @@ def kinect(features: npt.ArrayLike, skeleton: Skeleton, *, seed: Seed) -> Corrup
 
 
 def branch(skeleton: Skeleton, name: str) -> list[int]:
-    """Return a joint and all that hangs on it.
+    """Return a joint and all joints below it.
 
     Raises
     ------
@@ -242,14 +241,14 @@ def branch(skeleton: Skeleton, name: str) -> list[int]:
         raise ValueError(f"joint: {name!r} is not one of {', '.join(skeleton.names)}")
     first = skeleton.names.index(name)
 
-    def hangs_on(j: int) -> bool:
-        return j == first or (skeleton.parents[j] >= 0 and hangs_on(skeleton.parents[j]))
+    def is_below(j: int) -> bool:
+        return j == first or (skeleton.parents[j] >= 0 and is_below(skeleton.parents[j]))
 
-    return [j for j in range(len(skeleton.names)) if hangs_on(j)]
+    return [j for j in range(len(skeleton.names)) if is_below(j)]
 
 
 def _last_seen(seen: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
-    """Return for each frame the last at which something ``(n, T, ...)`` was seen; before the first, the first."""
+    """Return the last frame so far in which a value ``(n, T, ...)`` was seen; before the first, return the first."""
     frames = np.arange(seen.shape[1]).reshape(-1, *(1,) * (seen.ndim - 2))
     last = np.maximum.accumulate(np.where(seen, frames, -1), axis=1)
     return np.where(last < 0, seen.argmax(axis=1, keepdims=True), last)
@@ -275,5 +274,5 @@ def _columns(joints: Sequence[int], windows: Array) -> npt.NDArray[np.intp]:
     chosen = np.asarray(joints, np.intp)
     n_joints = windows.shape[-1] // 3 - 1
     if not len(chosen) or chosen.min() < 0 or chosen.max() >= n_joints:
-        raise ValueError(f"joints: expected some of 0 to {n_joints - 1}, got {joints!r}")
+        raise ValueError(f"joints: expected indices from 0 to {n_joints - 1}, got {joints!r}")
     return (3 * chosen[:, np.newaxis] + np.arange(3)).ravel()

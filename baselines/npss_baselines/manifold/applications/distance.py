@@ -1,4 +1,4 @@
-"""The distance G of two motions: how far apart the extremes of their hidden units are."""
+"""The distance G between two motions, from the extremes of their hidden units."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from npss_baselines.data.motion import NAMES, Clip
 from npss_baselines.manifold.motion.dataset import prepare
 
 if TYPE_CHECKING:
-    from npss_baselines.manifold.model.projector import Projector  # which imports torch
+    from npss_baselines.manifold.model.projector import Projector  # imports torch
 
 _JOINTS = [H36M.names.index(name) for name in NAMES]
 
 
 def extremes(code: npt.ArrayLike) -> Float64:
-    """Compute the maximum and the minimum over time of every hidden unit: what G compares.
+    """Compute the maximum and minimum over time of every hidden unit, which G compares.
 
     Parameters
     ----------
     code : (..., T', H) array_like
-        Hidden units, as `Projector.encode` returns them; T' is at least 1.
+        Hidden units from `Projector.encode`; T' is at least 1.
 
     Returns
     -------
@@ -39,7 +39,7 @@ def extremes(code: npt.ArrayLike) -> Float64:
     TypeError
         If the code does not hold real numbers.
     ValueError
-        If it has fewer than two axes, no step or no unit, or a value that is not finite.
+        If the code has fewer than two axes, no step or no unit, or a value is not finite.
 
     Examples
     --------
@@ -51,18 +51,18 @@ def extremes(code: npt.ArrayLike) -> Float64:
 
 
 def g(code0: npt.ArrayLike, code1: npt.ArrayLike) -> Float64:
-    r"""Compute the distance G of motions, equation 4 of the paper.
+    r"""Compute the distance G between motions, equation 4 of the paper.
 
     .. math:: G(X_0, X_1) = \lVert \max_i \Phi(X_0) - \max_i \Phi(X_1) \rVert_2^2
                           + \lVert \min_i \Phi(X_0) - \min_i \Phi(X_1) \rVert_2^2
 
-    where i runs over the steps of time of the code :math:`\Phi(X)`. When something happens, and how long the motion is,
-    does not matter: only how strongly each hidden unit answers at all.
+    where i runs over the steps of the code :math:`\Phi(X)`. Timing and length do not matter, only how strongly each
+    hidden unit responds.
 
     Parameters
     ----------
     code0, code1 : (..., T', H) array_like
-        Codes of the motions, as `Projector.encode` returns them. Leading axes must agree; lengths T' may differ.
+        Codes from `Projector.encode`. Leading axes must agree; lengths T' may differ.
 
     Returns
     -------
@@ -78,9 +78,9 @@ def g(code0: npt.ArrayLike, code1: npt.ArrayLike) -> Float64:
 
     Notes
     -----
-    The abstract calls this a "geodesic distance"; it is none. No path on the manifold is followed or measured: G is the
-    squared Euclidean distance of two vectors of extremes. Motions that differ can be at distance 0, and as a square it
-    does not obey the triangle inequality (its square root does).
+    The abstract calls G a "geodesic distance", but no path on the manifold is measured: G is the squared Euclidean
+    distance of two vectors of extremes. Different motions can have distance 0. As a square, G does not obey the
+    triangle inequality; its square root does.
 
     References
     ----------
@@ -89,7 +89,7 @@ def g(code0: npt.ArrayLike, code1: npt.ArrayLike) -> Float64:
 
     Examples
     --------
-    >>> float(g([[0.0, 0.5], [0.2, -0.5]], [[0.2, 0.5], [0.0, -0.5]]))  # the same, backwards
+    >>> float(g([[0.0, 0.5], [0.2, -0.5]], [[0.2, 0.5], [0.0, -0.5]]))  # the same code reversed
     0.0
     >>> float(g([[0.0], [0.5]], [[0.0], [1.0]]))
     0.25
@@ -97,49 +97,49 @@ def g(code0: npt.ArrayLike, code1: npt.ArrayLike) -> Float64:
     first, second = _code("code0", code0), _code("code1", code1)
     if first.shape[:-2] != second.shape[:-2] or first.shape[-1] != second.shape[-1]:
         raise ValueError(
-            f"code1: its shape {second.shape} does not fit that of code0, {first.shape}: "
-            f"only the number of steps, the last axis but one, may differ"
+            f"code1: shape {second.shape} does not match {first.shape} of code0; only the number of steps, the "
+            f"second-to-last axis, may differ"
         )
     squares: Float64 = np.square(extremes(first) - extremes(second)).sum(axis=-1)
     return squares
 
 
 def g_of_poses(projector: Projector, gt: npt.ArrayLike, pred: npt.ArrayLike, *, fps: float = FPS) -> Float64:
-    """Compute the distance G between predictions and what they should be, poses of Human3.6M.
+    """Compute the distance G between predictions and ground truth, as poses of Human3.6M.
 
-    Of the poses, as in all metrics of the field, only the rotations of the joints count: the root stays at its place
-    and faces ahead. They are then prepared as the manifold's motion is, at 30 frames per second, on one skeleton.
+    As in all metrics of the field, only joint rotations count: the root stays in place and faces ahead. Poses are then
+    prepared like the manifold's training motion, at 30 frames per second and on one skeleton.
 
     Parameters
     ----------
     projector : Projector
-        The manifold; its ``signature`` belongs to the number's.
+        The manifold; its ``signature`` is part of the score's.
     gt, pred : (N, T, 99) array_like
-        Exponential maps, as `npss.skeleton.poses_to_positions` takes them.
+        Exponential maps, as for `npss.skeleton.poses_to_positions`.
     fps : float, optional
         Frames per second.
 
     Returns
     -------
     (N,) ndarray of float64
-        Of each sequence; its mean is the score, and 0 is best.
+        G of each sequence. The average is the score; 0 is best.
 
     Raises
     ------
     TypeError, ValueError
-        If the poses are not as described, or the shapes differ.
+        If the poses are invalid, or the shapes differ.
 
     Notes
     -----
-    A score of 0 does not say that motions are equal, only that hidden units have the same extremes; G does not see when
-    something happens, and hardly how often.
+    A score of 0 means that hidden units have equal extremes, not that motions are equal: G ignores when something
+    happens, and nearly ignores how often.
     """
     first, second = (_features_of(each, fps) for each in motion_pair(gt, pred))
     return g(projector.encode(first), projector.encode(second))
 
 
 def metric_of(projector: Projector) -> Metric:
-    """Make a metric of the distance G by a manifold, to be registered: see `npss.metrics`."""
+    """Return the metric of the distance G by a manifold, to register; see `npss.metrics`."""
     return Metric(
         name="g",
         function=partial(g_of_poses, projector),
@@ -152,7 +152,7 @@ def metric_of(projector: Projector) -> Metric:
 
 
 def _features_of(poses: Array, fps: float) -> Array:
-    """Return what the manifold sees of poses ``(N, T, 99)``."""
+    """Return the manifold's features of poses ``(N, T, 99)``."""
     positions = poses_to_positions(np.asarray(poses, np.float64))[..., _JOINTS, :]
     clips = [Clip(str(i), "poses", "", "", fps, motion) for i, motion in enumerate(positions)]
     return np.stack(prepare(clips).features)

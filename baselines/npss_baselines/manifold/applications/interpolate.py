@@ -1,4 +1,4 @@
-"""Between two motions: in the hidden space of a manifold, or by blending features."""
+"""Interpolate two motions, in the hidden space of a manifold or by blending features."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from npss_baselines.manifold.model.projector import Projector
 
 
 def blend(first: npt.ArrayLike, second: npt.ArrayLike, share: float) -> Array:
-    """Return (1 - share) first + share second: linear blending of motions, or of codes.
+    """Blend motions or codes linearly: (1 - share) first + share second.
 
     Parameters
     ----------
     first, second : array_like
-        Of the same shape.
+        Arrays of the same shape.
     share : float
-        Of the second, from 0 to 1.
+        Share of the second, from 0 to 1.
 
     Raises
     ------
     TypeError, ValueError
-        If the shapes differ, or the share is not as described.
+        If the shapes differ, or the share is invalid.
 
     Examples
     --------
@@ -31,7 +31,7 @@ def blend(first: npt.ArrayLike, second: npt.ArrayLike, share: float) -> Array:
     """
     a, b = real_array("first", first), real_array("second", second)
     if a.shape != b.shape:
-        raise ValueError(f"second: its shape {b.shape} differs from that of first, {a.shape}")
+        raise ValueError(f"second: shape {b.shape} differs from shape {a.shape} of first")
     if not is_real(share):
         raise TypeError(f"share: expected a number from 0 to 1, got {share!r}")
     if not 0 <= share <= 1:
@@ -43,7 +43,7 @@ def blend(first: npt.ArrayLike, second: npt.ArrayLike, share: float) -> Array:
 def interpolate(projector: Projector, first: npt.ArrayLike, second: npt.ArrayLike, share: float) -> Array:
     """Blend two motions in the hidden space.
 
-    For a linear manifold, principal components, this is the projection of the linear blend, and nothing more.
+    For a linear manifold such as principal components, the result is only the projection of the linear blend.
 
     Parameters
     ----------
@@ -52,17 +52,17 @@ def interpolate(projector: Projector, first: npt.ArrayLike, second: npt.ArrayLik
     first, second : (n, T, F) array_like
         The motions.
     share : float
-        Of the second, from 0 to 1; at 0 and 1 the result is the projection of the first and of the second.
+        Share of the second, from 0 to 1; 0 and 1 give the projections of the first and of the second.
 
     Returns
     -------
     (n, T, F) ndarray
-        Motions.
+        The blended motions.
 
     Raises
     ------
     TypeError, ValueError
-        If the motions are not as described, their shapes differ, or the share is not from 0 to 1.
+        If the motions are invalid, their shapes differ, or the share is not from 0 to 1.
     """
     code = blend(projector.encode(first), projector.encode(second), share)
     return projector.decode(code, np.shape(first)[1])

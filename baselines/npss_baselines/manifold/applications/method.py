@@ -1,4 +1,4 @@
-"""What names a way of doing something: a manifold or a baseline, and what is done differently."""
+"""Names of methods: a manifold or a baseline, and a variant."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 
 class Method(NamedTuple):
-    """A way of doing something, which records name by ``str(method)``.
+    """A method, which records name as ``str(method)``.
 
     Attributes
     ----------
     name : str
-        Of the manifold or the baseline; it has no comma.
+        The manifold or the baseline; without a comma.
     variant : str
-        What is done differently from what the name alone means; mostly nothing.
+        A variant of the method; empty for none.
 
     Examples
     --------
@@ -28,7 +28,7 @@ class Method(NamedTuple):
 
     @classmethod
     def parse(cls, text: str) -> Method:
-        """Return the method that a record names."""
+        """Parse the method of a record."""
         return cls(*text.split(", ", 1))
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""The applications that restore motion: what is left of it, and what can be made of that without a manifold."""
+"""Applications that restore corrupted motion, and baselines without a manifold."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from npss_baselines.manifold.applications import corrupt
 from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.motion.windows import windows_of
 
-#: The applications, each with what is done to the motion that is to be restored.
+#: The applications, each with its corruption of the motion.
 RESTORATIONS = {
     "project": "nothing",
     "repair": f"values lost with probability {corrupt.LOST:g}",
@@ -25,9 +25,9 @@ RESTORATIONS = {
     "fill": "right wrist and hand missing",
     "inbetween": f"every {corrupt.EVERY}th frame held",
 }
-#: Where it is worth while to project what `rescaled` returns: each value is as likely to be lost as any other.
+#: Applications where all values are equally likely to be lost, so that `rescaled` motion is worth projecting.
 LOST_AT_RANDOM = ("repair",)
-#: The joint that `fill` does without, and all that hangs on it.
+#: The joint that `fill` removes, with all joints below it.
 WRIST = "RightHand"
 
 
@@ -38,9 +38,9 @@ class Windows:
     Attributes
     ----------
     features : (n, T, F) ndarray
-        As of `npss_baselines.manifold.motion.features`.
+        Features as in `npss_baselines.manifold.motion.features`.
     mask : (n, T) ndarray of bool
-        False at the end of a window that is padded by mirroring.
+        False in the padding of a window.
     """
 
     features: Array
@@ -50,32 +50,32 @@ class Windows:
 def corrupted(
     application: str, windows: Windows, mean: npt.ArrayLike, *, skeleton: Skeleton = JOINTS, seed: Seed = 0
 ) -> Corrupted:
-    """Corrupt windows as one of the applications wants it.
+    """Corrupt windows for one of the applications.
 
-    Padding is mirrored anew from what is left: it tells nothing that has been lost elsewhere.
+    Padding is mirrored again from the corrupted frames, so that it does not reveal lost values.
 
     Parameters
     ----------
     application : {'project', 'repair', 'kinect', 'fill', 'inbetween'}
-        Which; see `RESTORATIONS` and `npss_baselines.manifold.applications.corrupt`.
+        The application; see `RESTORATIONS` and `npss_baselines.manifold.applications.corrupt`.
     windows : Windows
         The motion.
     mean : (F,) array_like
-        What lost values become: the mean over training frames, which networks see as zero.
+        Replacement of lost values: the average over training frames, which scaling maps to zero.
     skeleton : npss.skeleton.Skeleton, optional
-        Whose joints they are.
+        The skeleton of the motion.
     seed : int or numpy.random.Generator, optional
-        Of what is random.
+        Source of randomness.
 
     Returns
     -------
     Corrupted
-        What is left.
+        The corrupted windows.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not as described.
+        If an argument is invalid.
     """
     one_of("application", application, tuple(RESTORATIONS))
     rng = generator(seed)
@@ -94,10 +94,10 @@ def corrupted(
 
 
 def linear(left: Corrupted) -> Float64:
-    """Interpolate linearly in time between known values, ``(n, T, F)``, feature by feature.
+    """Interpolate each feature linearly in time between known values, ``(n, T, F)``.
 
-    Before the first and behind the last known value it is held. A feature that is never known stays as it is. It is an
-    oracle that knows which values are lost; the manifold does not.
+    Before the first and after the last known value, that value is held. A feature without known values does not change.
+    This baseline is an oracle that knows the mask; the manifold does not.
     """
     filled = left.features.copy()
     frames = np.arange(filled.shape[1])
@@ -108,21 +108,21 @@ def linear(left: Corrupted) -> Float64:
 
 
 def rescaled(left: Corrupted, mean: npt.ArrayLike) -> Float64:
-    """Divide what is left ``(n, T, F)`` by the share that is known: right on average, if values are lost at random.
+    """Divide deviations from the mean, ``(n, T, F)``, by the share of known values.
 
-    Of a window of which nothing is known, the mean is left.
+    This is unbiased if values are lost at random. A window without known values does not change.
 
     Parameters
     ----------
     left : Corrupted
-        Windows; lost values are the mean.
+        Windows whose lost values are the mean.
     mean : (F,) array_like
-        The mean over training frames, from which values are taken to be further away than they are.
+        The average over training frames.
 
     Returns
     -------
     (n, T, F) ndarray of float64
-        Neither known values nor others are what they were; a window's average deviation from the mean is.
+        Rescaled windows. Known values change, too; the expected deviation from the mean is that of the original.
 
     Examples
     --------
@@ -137,13 +137,13 @@ def rescaled(left: Corrupted, mean: npt.ArrayLike) -> Float64:
 
 
 def keep_known(left: Corrupted, motion: Array) -> Array:
-    """Return motion ``(n, T, F)`` with the values that were seen put back."""
+    """Replace known values in motion ``(n, T, F)`` by the given ones."""
     kept: Array = np.where(left.known, left.features, motion)
     return kept
 
 
 def _padded(values: Array, mask: npt.NDArray[np.bool_]) -> Array:
-    """Return windows with their padding mirrored from the frames that count."""
+    """Mirror the padding of windows from the frames that count."""
     mirrored = values.copy()
     for i in np.flatnonzero(~mask.all(axis=1)):
         mirrored[i] = windows_of(values[i, mask[i]].astype(np.float64), window=values.shape[1])[0][0]

@@ -1,4 +1,4 @@
-"""Whether a distance finds clips of the same action: leave one out, ranked by distance."""
+"""Retrieval of clips of the same action by a distance, leave-one-out."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ import numpy.typing as npt
 
 from npss.validation import Float64, one_of
 
-#: Which clips of the query's label are to be found. The others of its label are taken out of the ranking; all clips of
-#: other labels stay in it.
+#: Clips with the query's label to find. Other clips with its label are removed from the ranking; all clips with other
+#: labels stay.
 MATCHES = ("any", "same subject", "other subject")
 
 
 @dataclass(frozen=True)
 class Retrieved:
-    """How well clips of an action are found.
+    """The results of retrieval.
 
     Attributes
     ----------
     precision : (N,) ndarray of float64
-        Of each clip as the query, the average precision: the mean, over the clips that are to be found, of the share of
-        such clips among all that are ranked no worse. NaN where there is nothing to be found.
+        Average precision of each clip as the query: the share of matches among all clips ranked as high or higher,
+        averaged over the matches. NaN for queries without a match.
     nearest : (N,) ndarray of float64
-        1 if the nearest clip is one to be found, 0 if not, and NaN likewise.
+        1 if the nearest clip is a match, 0 if not, NaN for queries without a match.
     """
 
     precision: Float64
@@ -33,47 +33,48 @@ class Retrieved:
 
     @property
     def n_queries(self) -> int:
-        """How many clips there is something to be found for."""
+        """Number of queries with a match."""
         return int(np.isfinite(self.precision).sum())
 
     def mean(self) -> tuple[float, float]:
-        """Return mean average precision and nearest-neighbour accuracy, each the mean over queries."""
+        """Return mean average precision and nearest-neighbour accuracy, averaged over queries."""
         return float(np.nanmean(self.precision)), float(np.nanmean(self.nearest))
 
     def mean_of_labels(self, labels: Sequence[str]) -> tuple[float, float]:
-        """Return the same as the mean over labels of the mean over the queries of each: frequent ones weigh no more."""
+        """Return the same, averaged over the queries of each label and then over labels, which weigh equally."""
         names = np.asarray(labels)
-        asked = np.isfinite(self.precision)
-        chosen = [asked & (names == label) for label in dict.fromkeys(names[asked])]
-        means = [[values[queries].mean() for queries in chosen] for values in (self.precision, self.nearest)]
+        has_match = np.isfinite(self.precision)
+        groups = [has_match & (names == label) for label in dict.fromkeys(names[has_match])]
+        means = [[values[group].mean() for group in groups] for values in (self.precision, self.nearest)]
         return float(np.mean(means[0])), float(np.mean(means[1]))
 
 
 def retrieve(
     distances: npt.ArrayLike, labels: Sequence[str], subjects: Sequence[str], *, matches: str = "any"
 ) -> Retrieved:
-    """Take each clip in turn as the query and rank the others by their distance from it.
+    """Rank the other clips by their distance from each clip.
 
     Parameters
     ----------
     distances : (N, N) array_like
-        From each query (row) to each clip (column); of equals, the clip with the lower index comes first.
+        Distances from each query (row) to each clip (column). Of equal ones, the clip with the lower index is first.
     labels : sequence of str
-        The action of each clip; none is empty.
+        The action of each clip; not empty.
     subjects : sequence of str
-        Who moves; empty where that is not known: then a pair is neither of the same subject nor of another.
+        The subject of each clip; empty where unknown. A clip of an unknown subject matches neither the same subject nor
+        another.
     matches : {'any', 'same subject', 'other subject'}, optional
-        Which clips of the query's label are to be found; see `MATCHES`.
+        Clips to find; see `MATCHES`.
 
     Returns
     -------
     Retrieved
-        The average precision of each query, and whether the nearest clip is right.
+        The average precision of each query, and whether the nearest clip is a match.
 
     Raises
     ------
     ValueError
-        If `distances` is not (N, N), holds NaN, a label is empty, or `matches` is none of these.
+        If `distances` is not (N, N), holds NaN, a label is empty, or `matches` is unknown.
 
     Examples
     --------
@@ -81,8 +82,8 @@ def retrieve(
 
     >>> place = np.array([0.0, 1.0, 3.0, 2.0])
     >>> distances = abs(place[:, np.newaxis] - place)
-    >>> found = retrieve(distances, ["walk", "walk", "walk", "run"], ["a", "a", "b", "b"])
-    >>> found.precision.round(3)
+    >>> result = retrieve(distances, ["walk", "walk", "walk", "run"], ["a", "a", "b", "b"])
+    >>> result.precision.round(3)
     array([0.833, 0.833, 0.583,   nan])
     >>> retrieve(distances, ["walk", "walk", "walk", "run"], ["a", "a", "b", "b"], matches="other subject").nearest
     array([ 0.,  0.,  0., nan])
@@ -90,9 +91,9 @@ def retrieve(
     far = np.asarray(distances)
     right, ranked = _pairs(labels, subjects, matches)
     if far.shape != right.shape:
-        raise ValueError(f"distances: expected shape (N, N) = {right.shape} for so many labels, got {far.shape}")
+        raise ValueError(f"distances: expected shape (N, N) = {right.shape} for {len(labels)} labels, got {far.shape}")
     if np.isnan(far).any():
-        raise ValueError("distances: a NaN has no place in a ranking")
+        raise ValueError("distances: NaN cannot be ranked")
     precision, nearest = np.full((2, len(far)), np.nan)
     for query in np.flatnonzero(right.any(axis=1)):
         others = np.flatnonzero(ranked[query])
@@ -103,17 +104,17 @@ def retrieve(
 
 
 def chance(labels: Sequence[str], subjects: Sequence[str], *, matches: str = "any") -> Retrieved:
-    """Return what a random order finds on average: as `retrieve`, the expectation for each query.
+    """Return the expected result of `retrieve` for a random order, of each query.
 
     Notes
     -----
-    With R of N ranked clips to be found, one of them is at each rank k as likely as at any other; of the k - 1 before
-    it the share b = (R - 1) / (N - 1) is right on average. So the precision there is (1 + b (k - 1)) / k, and its mean
-    over ranks b + (1 - b) H / N, where H is the N-th harmonic number. The nearest is right with probability R / N.
+    With R matches among N ranked clips, a match has each rank k with equal probability. Of the k - 1 clips before it, a
+    share b = (R - 1) / (N - 1) matches on average. The precision at k is (1 + b (k - 1)) / k, and its average over
+    ranks is b + (1 - b) H / N, where H is the N-th harmonic number. The nearest clip is a match with probability R / N.
 
     Examples
     --------
-    >>> chance(["a", "a", "b"], ["", "", ""]).precision  # found first or second
+    >>> chance(["a", "a", "b"], ["", "", ""]).precision  # the match is first or second
     array([0.75, 0.75,  nan])
     """
     right, ranked = _pairs(labels, subjects, matches)
@@ -127,20 +128,20 @@ def chance(labels: Sequence[str], subjects: Sequence[str], *, matches: str = "an
 
 
 def auc(distances: npt.ArrayLike, labels: Sequence[str]) -> float:
-    """Compute how often a pair of clips of the same label is closer than a pair of different labels.
+    """Compute how often two clips with the same label are closer than two with different labels.
 
     Parameters
     ----------
     distances : (N, N) array_like
-        Symmetric.
+        Symmetric distances.
     labels : sequence of str
-        The action of each clip; there are two or more.
+        The action of each clip; at least two actions.
 
     Returns
     -------
     float
-        From 0 to 1: the area under the ROC curve, where equal distances count half. 0.5 is chance. NaN if no two labels
-        are the same.
+        The area under the ROC curve, from 0 to 1; equal distances count half. 0.5 is chance. NaN if no two labels are
+        equal.
 
     Examples
     --------
@@ -159,21 +160,21 @@ def auc(distances: npt.ArrayLike, labels: Sequence[str]) -> float:
 
 
 def closest_windows(vectors: npt.ArrayLike, clip_of: npt.ArrayLike, n_clips: int) -> Float64:
-    """Compute distances of clips from those of their windows: the smallest over all pairs.
+    """Compute the distances of clips: those of their two closest windows.
 
     Parameters
     ----------
     vectors : (n, D) array_like
-        What windows are compared by, in Euclidean distance.
+        A vector for each window, compared by Euclidean distance.
     clip_of : (n,) array_like of int
-        The clip, from 0 to N - 1, that each window is from; every clip has one.
+        The clip of each window, from 0 to N - 1; every clip has at least one window.
     n_clips : int
-        N.
+        Number of clips, N.
 
     Returns
     -------
     (N, N) ndarray of float64
-        Symmetric, zero on the diagonal.
+        Symmetric distances, zero on the diagonal.
 
     Examples
     --------
@@ -186,15 +187,15 @@ def closest_windows(vectors: npt.ArrayLike, clip_of: npt.ArrayLike, n_clips: int
     smallest = np.full((n_clips, n_clips), np.inf)
     np.minimum.at(smallest, (clips[:, np.newaxis], clips), by_window)
     if np.isinf(smallest).any():
-        raise ValueError(f"clip_of: not every clip of {n_clips} has a window")
+        raise ValueError(f"clip_of: not all of {n_clips} clips have a window")
     return smallest
 
 
 def distances_of(vectors: npt.ArrayLike) -> Float64:
-    """Compute Euclidean distances between all pairs of vectors ``(n, D)``: ``(n, n)``, symmetric, 0 on the diagonal."""
+    """Compute the Euclidean distances ``(n, n)`` between all pairs of vectors ``(n, D)``."""
     rows = np.asarray(vectors, np.float64)
-    rows = rows - rows.mean(axis=0)  # less to cancel
-    # Vectors are long: a matrix product is many times faster than differences.
+    rows = rows - rows.mean(axis=0)  # for less cancellation
+    # Vectors are long: a matrix product is much faster than differences.
     products = rows @ rows.T
     power = np.diag(products)
     squares = np.maximum(power[:, np.newaxis] + power - (products + products.T), 0)
@@ -206,16 +207,16 @@ def distances_of(vectors: npt.ArrayLike) -> Float64:
 def _pairs(
     labels: Sequence[str], subjects: Sequence[str], matches: str
 ) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Return which clips (columns) each query (row) is to find, and among which."""
+    """Return the matches of each query (row) among clips (columns), and the ranked clips."""
     one_of("matches", matches, MATCHES)
     names, who = np.asarray(labels), np.asarray(subjects)
     if names.ndim != 1 or names.shape != who.shape:
-        raise ValueError(f"subjects: {len(who)} of them for {len(names)} labels")
+        raise ValueError(f"subjects: {len(who)} subjects for {len(names)} labels")
     if (names == "").any():
-        raise ValueError(f"labels: the clip at index {int((names == '').argmax())} has none; leave it out")
+        raise ValueError(f"labels: the clip at index {int((names == '').argmax())} has no label; remove it")
     alike = names[:, np.newaxis] == names
     named = (who != "")[:, np.newaxis] & (who != "")
     same = who[:, np.newaxis] == who
-    wanted = {"any": np.ones_like(alike), "same subject": named & same, "other subject": named & ~same}[matches]
-    right = alike & wanted & ~np.eye(len(names), dtype=bool)
+    selected = {"any": np.ones_like(alike), "same subject": named & same, "other subject": named & ~same}[matches]
+    right = alike & selected & ~np.eye(len(names), dtype=bool)
     return right, right | ~alike

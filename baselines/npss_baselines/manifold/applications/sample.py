@@ -1,4 +1,4 @@
-"""Motion out of nothing: codes drawn at random, and the motion that excites a single hidden unit."""
+"""Sample motion from random codes, and show the motion of a single hidden unit."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ import numpy.typing as npt
 from npss.validation import Array, Float64, Seed, generator, one_of, positive_integer, real_array, renamed
 from npss_baselines.manifold.model.projector import Projector
 
-#: What codes are drawn from. ``uniform``: each unit at each step uniformly from [-1, 1], the prior that the paper
-#: names. ``range``: uniformly between the least and the greatest value that the unit takes in real motion. ``values``:
-#: from the values that it takes. In all three, units and steps know nothing of each other.
+#: Distributions of codes. ``uniform``: each unit at each step uniformly from [-1, 1], the paper's prior. ``range``:
+#: uniformly between the unit's minimum and maximum in real motion. ``values``: from the unit's values in real motion.
+#: In all three, units and steps are independent.
 PRIORS = ("uniform", "range", "values")
 
 
 @renamed(rng="seed")
 def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "uniform", seed: Seed) -> Float64:
-    """Draw codes.
+    """Draw random codes.
 
     Parameters
     ----------
     codes : (N, T', H) array_like
-        Those of real motion, of the same length: their shape, and for the other priors than the first, their values.
+        Codes of real motion of the same length, for their shape and, except for ``'uniform'``, their values.
     n : int
-        How many to draw.
+        Number of codes to draw.
     prior : {'uniform', 'range', 'values'}, optional
-        What from; see `PRIORS`.
+        Distribution to draw from; see `PRIORS`.
     seed : int or numpy.random.Generator
-        Where randomness comes from.
+        Source of randomness.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "uniform", seed: 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not as described.
+        If an argument is invalid.
 
     Examples
     --------
@@ -61,35 +61,35 @@ def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "uniform", seed: 
 def filter_motion(
     projector: Projector, code_shape: tuple[int, int], unit: int, n_frames: int, *, largest: float = 0.15
 ) -> Array:
-    """Return the motion that excites a hidden unit: what the inverse makes of it alone, in the middle of the time.
+    """Return the motion of a hidden unit: the decoded code in which only this unit is non-zero, at the middle step.
 
     Parameters
     ----------
     projector : Projector
         The manifold.
     code_shape : (int, int)
-        Steps T' and units H of its codes for so many frames.
+        Steps T' and units H of a code for `n_frames` frames.
     unit : int
-        Which.
+        Index of the unit.
     n_frames : int
         Frames to decode.
     largest : float, optional
-        One unit alone moves little: what it adds to the motion of a code of zeros is scaled until the largest change of
-        a feature is this.
+        Largest change of a feature from the motion of the zero code. The change is scaled to it, since a single unit
+        moves little.
 
     Returns
     -------
     (T, F) ndarray
-        Features of the frames that it changes, by a tenth of the largest change or more.
+        Features of the frames that change by at least a tenth of the largest change.
 
     Raises
     ------
     ValueError
-        If there is no such unit, or it changes nothing.
+        If the unit does not exist, or changes nothing.
     """
     steps, units = code_shape
     if not 0 <= unit < units:
-        raise ValueError(f"unit: expected one of 0 to {units - 1}, got {unit}")
+        raise ValueError(f"unit: expected a number from 0 to {units - 1}, got {unit}")
     codes = np.zeros((2, steps, units))
     codes[1, steps // 2, unit] = 0.5
     rest, excited = projector.decode(codes, n_frames)

@@ -1,1 +1,1 @@
-"""How good a manifold is."""
+"""Evaluation of a manifold and its baselines."""

@@ -1,4 +1,4 @@
-"""Every application, measured."""
+"""Measure all applications."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from npss_baselines.manifold.evaluation.testbed import Testbed
 
 
 def measure_all(testbed: Testbed) -> Iterator[Record]:
-    """Measure every application, and show how far it is."""
+    """Measure every application, and show progress."""
     others = (interpolation, sampling, filtering, nearness)
     n_steps = len(RESTORATIONS) + len(others)
     with Progress("measuring") as progress:

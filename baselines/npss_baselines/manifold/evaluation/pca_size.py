@@ -1,4 +1,4 @@
-"""How many principal components restore best: the fairest baseline of the manifold."""
+"""The number of principal components that restores best, for a strong baseline of the manifold."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from npss_baselines.manifold.motion.features import local_positions
 from npss_baselines.manifold.motion.measures import joint_error
 from npss_baselines.manifold.motion.scaling import Scaling
 
-#: To choose a size, every third training subject is put aside, and so many of their windows are used, evenly spread.
+#: To choose a size, every third training subject is set aside, and up to `LARGEST` of their windows are used.
 EVERY, LARGEST = 3, 100
-#: More components than windows have.
+#: All components: a number larger than any window has.
 ALL = 2**20
 
 
 class Restoration(NamedTuple):
-    """What is restored, and how."""
+    """An application, and its variant for PCA."""
 
     application: str
-    rescaled: bool = False  # whether what is projected was rescaled before
+    rescaled: bool = False  # whether windows are rescaled before projection
 
 
 def truncated(fitted: PCA, size: int) -> PCA:
-    """Return the first so many components of some."""
+    """Return a PCA with the first `size` components."""
     return replace(fitted, components=fitted.components[:size])
 
 
@@ -43,47 +43,47 @@ def best_sizes(
     skeleton: Skeleton = JOINTS,
     seed: int = 0,
 ) -> dict[Restoration, int]:
-    """Choose how many components restore best, by the joint error on training subjects that they are not fitted to.
+    """Choose the number of components with the smallest joint error on training subjects set aside from the fit.
 
-    Sizes are 1, 2, 4, 8 and so on, and all that there are.
+    Candidates are powers of two and all components.
 
     Parameters
     ----------
     training : MotionSet
-        Of two subjects or more; clips whose subject is not stated are one subject's.
+        Motion of at least two subjects; clips of unknown subjects count as one subject.
     scaling : Scaling
-        By which components see features; its mean is what lost values become.
+        Scaling of the features; its mean replaces lost values.
     applications : sequence of str
-        Of `npss_baselines.manifold.applications.restore.RESTORATIONS`.
+        Names in `npss_baselines.manifold.applications.restore.RESTORATIONS`.
     skeleton : npss.skeleton.Skeleton, optional
-        Whose joints they are.
+        The skeleton of the motion.
     seed : int, optional
-        Of the corruptions.
+        Seed of the corruptions.
 
     Returns
     -------
     dict of Restoration to int
-        For each application; also rescaled, where values are lost at random. `ALL` for as many as there are. Empty if
-        there is a single subject.
+        The best number for each application, also rescaled where values are lost at random. `ALL` means all components.
+        Empty for a single subject.
     """
-    aside = sorted({clip.subject for clip in training.clips})[1::EVERY]
-    if not aside:
+    held_out = sorted({clip.subject for clip in training.clips})[1::EVERY]
+    if not held_out:
         return {}
-    others = training.only(exclude_subjects=aside).windows
-    fitted = fit_pca(others, scaling, n_components=others[0].size)
-    left_out = training.only(subjects=aside)
-    some = np.linspace(0, len(left_out.windows) - 1, min(LARGEST, len(left_out.windows))).astype(int)
-    windows = Windows(left_out.windows[some], left_out.mask[some])
+    fitting = training.only(exclude_subjects=held_out).windows
+    fitted = fit_pca(fitting, scaling, n_components=fitting[0].size)
+    validation = training.only(subjects=held_out)
+    indices = np.linspace(0, len(validation.windows) - 1, min(LARGEST, len(validation.windows))).astype(int)
+    windows = Windows(validation.windows[indices], validation.mask[indices])
     gt = local_positions(windows.features)
     n_components = len(fitted.components)
     sizes = [*(2**i for i in range(n_components.bit_length()) if 2**i < n_components), ALL]
     best = {}
     for application in applications:
         left = corrupted(application, windows, scaling.mean, skeleton=skeleton, seed=seed)
-        seen = {Restoration(application): left.features}
+        inputs = {Restoration(application): left.features}
         if application in LOST_AT_RANDOM:
-            seen[Restoration(application, rescaled=True)] = rescaled(left, scaling.mean)
-        for restoration, features in seen.items():
+            inputs[Restoration(application, rescaled=True)] = rescaled(left, scaling.mean)
+        for restoration, features in inputs.items():
             restored = {size: local_positions(truncated(fitted, size).project(features)) for size in sizes}
             errors = {size: joint_error(gt, pred, windows.mask) for size, pred in restored.items()}
             best[restoration] = min(errors, key=errors.__getitem__)

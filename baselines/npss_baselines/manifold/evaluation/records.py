@@ -1,4 +1,4 @@
-"""Records of numbers, each with the signature that says what it is."""
+"""Records of numbers, with their signatures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from npss_baselines.manifold.motion.features import FPS
 
 
 def context_of(motions: MotionSet, **context: Any) -> dict[str, Any]:
-    """Return what signatures say of motion, and what else they say."""
+    """Return the signature fields of motion, with further fields."""
     return {"fps": FPS, "motion": fingerprint(motions), **context}
 
 
@@ -28,7 +28,7 @@ def records_of(
     context = dict(context) if model is None else {**context, "model": model}
     for metric, value in values.items():
         if np.isnan(value):
-            continue  # there is none: of windows, none is whole, or no foot is ever on the ground
+            continue  # no value: no window is whole, or no foot is ever on the ground
         line = npss.signature("paper" if metric == "npss" else None, metric=metric, **context)
         yield {
             "application": application,

@@ -1,4 +1,4 @@
-"""How good restored windows are."""
+"""Measure restored windows."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from npss_baselines.manifold.motion.features import local_positions
 
 
 def restoration(testbed: Testbed, application: str) -> Iterator[Record]:
-    """Measure restored windows against what they were.
+    """Measure restored windows against the originals.
 
-    Metrics: ``joint_error`` in heights, of the joints that were missing throughout ``missing_joint_error``,
-    ``bone_error`` as a share of the lengths, and ``npss`` on positions in the character's frame, windows as sequences.
+    Metrics: ``joint_error`` in body heights; ``missing_joint_error``, of joints missing in all frames; ``bone_error``
+    as a share of bone lengths; ``npss`` on positions in the character's frame, with windows as sequences.
     """
     left, mask = testbed.corrupted(application), testbed.windows.mask
     gt = local_positions(testbed.windows.features)

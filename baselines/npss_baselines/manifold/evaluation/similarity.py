@@ -1,4 +1,4 @@
-"""How well distances between clips agree with their actions."""
+"""Measure how well distances between clips agree with their actions."""
 
 from __future__ import annotations
 
@@ -18,51 +18,50 @@ from npss_baselines.manifold.motion.dataset import MotionSet
 
 
 def nearness(testbed: Testbed) -> Iterator[Record]:
-    """Measure whether clips that are close to each other are of the same action; see `retrieval`.
+    """Measure whether close clips show the same action; see `retrieval`.
 
-    Application ``distance``: ``auc``, how often two clips of one action are closer than two of different ones.
-    Application ``nearest``: mean average precision ``map`` and nearest-neighbour accuracy ``nearest``, means over
-    clips, and ``map_of_actions`` and ``nearest_of_actions``, means over actions; each for every kind of match. All
-    subjects' clips take part: no method has seen an action's name. There are no records of sources that have a single
-    action.
+    Application ``distance``: ``auc``, how often two clips of the same action are closer than two of different actions.
+    Application ``nearest``: mean average precision ``map`` and nearest-neighbour accuracy ``nearest``, averaged over
+    clips, and ``map_of_actions`` and ``nearest_of_actions``, averaged over actions; each for every kind of match. Clips
+    of all subjects take part, since no method has seen action names. Sources with a single action give no records.
 
     Raises
     ------
     ValueError
-        If a clip is of a source that is not registered: names it.
+        If the source of a clip is not registered. The message names the source.
     """
     sources = {clip.source for clip in testbed.motions.clips}
     if unknown := sorted(sources - set(SOURCES)):
         raise ValueError(
-            f"motions: it is not known what actions are called in {unknown[0]!r}, only in {', '.join(SOURCES)}"
+            f"motions: unknown action names of source {unknown[0]!r}; they are known for {', '.join(SOURCES)}"
         )
     for vocabulary in dict.fromkeys(source.vocabulary for source in SOURCES.values()):
-        compared = {name for name in sources if SOURCES[name].vocabulary == vocabulary}
-        if compared:
-            yield from _nearness(testbed, testbed.motions.only(sources=compared), vocabulary)
+        selected = {name for name in sources if SOURCES[name].vocabulary == vocabulary}
+        if selected:
+            yield from _nearness(testbed, testbed.motions.only(sources=selected), vocabulary)
 
 
 def _nearness(testbed: Testbed, motions: MotionSet, name: str) -> Iterator[Record]:
-    every = labels_of(motions)
-    chosen = [i for i, label in enumerate(every) if label]
-    actions, subjects = [every[i] for i in chosen], [motions.clips[i].subject for i in chosen]
-    if len(set(actions)) < 2:  # nothing to tell apart
+    labels = labels_of(motions)
+    labelled = [i for i, label in enumerate(labels) if label]
+    actions, subjects = [labels[i] for i in labelled], [motions.clips[i].subject for i in labelled]
+    if len(set(actions)) < 2:  # no two actions to tell apart
         return
     n_clips = len(actions)
     context = context_of(
-        motions, source=name, actions=len(set(actions)), clips=n_clips, unlabelled=len(every) - n_clips
+        motions, source=name, actions=len(set(actions)), clips=n_clips, unlabelled=len(labels) - n_clips
     )
     by_method = clip_distances(motions, testbed.manifolds, testbed.pca, testbed.scaling)
-    by_method = {method: distances[np.ix_(chosen, chosen)] for method, distances in by_method.items()}
+    by_method = {method: distances[np.ix_(labelled, labelled)] for method, distances in by_method.items()}
 
     for method, distances in by_method.items():
         yield from records_of(testbed, "distance", method, {"auc": auc(distances, actions)}, context)
     for matches in MATCHES:
-        found = {
+        results = {
             method: retrieve(distances, actions, subjects, matches=matches) for method, distances in by_method.items()
         }
-        found[Method("chance")] = chance(actions, subjects, matches=matches)
-        for method, retrieved in found.items():
+        results[Method("chance")] = chance(actions, subjects, matches=matches)
+        for method, retrieved in results.items():
             if retrieved.n_queries:
                 names = ("map", "nearest", "map_of_actions", "nearest_of_actions")
                 values = dict(zip(names, (*retrieved.mean(), *retrieved.mean_of_labels(actions)), strict=True))
@@ -71,7 +70,7 @@ def _nearness(testbed: Testbed, motions: MotionSet, name: str) -> Iterator[Recor
 
 
 def distance(testbed: Testbed, first: int, second: int) -> Iterator[Record]:
-    """Measure how far two clips are from each other: ``g`` by each manifold, ``distance`` of the closest windows."""
+    """Measure the distances of two clips: ``g`` by each manifold, ``distance`` of their closest windows."""
     motions = testbed.motions
     context = context_of(motions, clips=" ".join(motions.clips[i].name for i in (first, second)))
     for name, manifold in testbed.manifolds.items():
@@ -83,16 +82,16 @@ def distance(testbed: Testbed, first: int, second: int) -> Iterator[Record]:
 
 
 def ranking(testbed: Testbed, query: int, n: int) -> Iterator[Record]:
-    """Rank the clips nearest to one: by G of each manifold, and by Euclidean distance of the closest windows.
+    """Rank the clips nearest to a query, by G of each manifold and by Euclidean distance of the closest windows.
 
-    Records have ``rank``, ``clip``, its ``label`` and ``subject``, and ``index`` in the set, too.
+    Records also have ``rank``, ``clip``, its ``label`` and ``subject``, and its ``index`` in the set.
     """
     motions, actions = testbed.motions, labels_of(testbed.motions)
     context = context_of(motions, clip=motions.clips[query].name)
     by_method = {}
     for name, manifold in testbed.manifolds.items():
-        found = clip_extremes(motions, manifold)
-        by_method[Method(name), "g"] = np.square(found - found[query]).sum(axis=1)
+        vectors = clip_extremes(motions, manifold)
+        by_method[Method(name), "g"] = np.square(vectors - vectors[query]).sum(axis=1)
     closest = np.full(len(actions), np.inf)
     for window in motions.windows[motions.clip_of == query]:
         np.minimum.at(closest, motions.clip_of, np.linalg.norm(motions.windows - window, axis=(1, 2)))
@@ -101,13 +100,13 @@ def ranking(testbed: Testbed, query: int, n: int) -> Iterator[Record]:
         others = [int(i) for i in np.argsort(far, kind="stable") if i != query]
         for rank, i in enumerate(others[:n], 1):
             clip = motions.clips[i]
-            ranked = {"rank": rank, "clip": clip.name, "label": actions[i], "subject": clip.subject, "index": i}
+            details = {"rank": rank, "clip": clip.name, "label": actions[i], "subject": clip.subject, "index": i}
             for record in records_of(testbed, "nearest", method, {metric: float(far[i])}, context):
-                yield record | ranked
+                yield record | details
 
 
 def labels_of(motions: MotionSet) -> list[str]:
-    """Return the label of each clip, empty where it has none; of a source that is not registered, its description."""
+    """Return the label of each clip, or an empty string; of an unregistered source, the clip's description."""
     return [
         SOURCES[clip.source].label(clip.description) if clip.source in SOURCES else clip.description
         for clip in motions.clips

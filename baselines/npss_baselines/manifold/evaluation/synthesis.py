@@ -1,4 +1,4 @@
-"""How good motion is that nobody has moved: interpolated or sampled; and what hidden units do."""
+"""Measure synthesised motion, interpolated or sampled, and the activity of hidden units."""
 
 from __future__ import annotations
 
@@ -18,20 +18,21 @@ from npss_baselines.manifold.motion import measures
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.features import FPS, local_positions, to_positions
 
-#: Shares of the second motion at which interpolations are measured, and how many pairs of windows are interpolated.
+#: Shares of the second motion at which interpolations are measured, and number of pairs of windows.
 SHARES, PAIRS = (0.25, 0.5, 0.75), 50
-#: Motions that are sampled, and training windows, evenly spread, that they are compared with and codes are drawn from.
+#: Number of sampled motions, and of evenly spread training windows to compare them with and draw codes from.
 SAMPLES, REAL = 50, 500
-#: A hidden unit is idle if its standard deviation over held-out windows is less, saturated where its magnitude is more.
+#: A hidden unit is idle if its standard deviation over held-out windows is below `IDLE`; a value is saturated if its
+#: magnitude is above `SATURATED`.
 IDLE, SATURATED = 0.01, 0.95
 
 
 def interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> Iterator[Record]:
-    """Measure whether motion between two windows is possible: lengths of bones, and feet that slide.
+    """Measure how plausible motion between two windows is, by bone error and foot speed.
 
-    The windows are the first ones of two clips, or random pairs of what is held out. Metrics are means over `SHARES`:
-    ``bone_error``, and ``foot_speed`` in heights per second. Method ``input`` is the motions themselves, ``linear``
-    features blended.
+    The windows are the first ones of two clips, or random pairs of held-out windows. The metrics ``bone_error`` and
+    ``foot_speed``, in body heights per second, are averaged over `SHARES`. Method ``input`` is the original motions,
+    ``linear`` blended features.
     """
     if clips is None:
         first, second = pairs(testbed.test, PAIRS, seed=testbed.seed)
@@ -46,22 +47,22 @@ def interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> Itera
     for name, projector in testbed.projectors().items():
         motions[Method(name)] = [interpolate(projector, first, second, share) for share in SHARES]
     context |= {"frames": first.shape[1], "shares": " ".join(f"{share:g}" for share in SHARES)}
-    for method, several in motions.items():
-        values = validity(np.concatenate(several))
+    for method, parts in motions.items():
+        values = validity(np.concatenate(parts))
         del values["joint_speed"]
         yield from records_of(testbed, "interpolate", method, values, context)
 
 
 def sampling(testbed: Testbed) -> Iterator[Record]:
-    """Measure motion that is sampled, beside real windows, method ``input``.
+    """Measure sampled motion, and real windows as method ``input``.
 
-    Metrics: ``bone_error``; ``foot_speed`` and ``joint_speed``, the mean speed of joints in the character's frame,
-    both in heights per second. Methods are named by what is sampled and what from, of
+    Metrics: ``bone_error``; ``foot_speed`` and ``joint_speed``, the average speed of joints in the character's frame,
+    both in body heights per second. Methods are projectors, with variants from
     `npss_baselines.manifold.applications.sample.PRIORS`.
     """
     n_windows = len(testbed.training.windows)
-    some = np.linspace(0, n_windows - 1, min(REAL, n_windows)).astype(int)
-    windows, mask = testbed.training.windows[some], testbed.training.mask[some]
+    indices = np.linspace(0, n_windows - 1, min(REAL, n_windows)).astype(int)
+    windows, mask = testbed.training.windows[indices], testbed.training.mask[indices]
     motions = {Method("input"): windows}
     for name, projector in testbed.projectors().items():
         codes = projector.encode(windows)
@@ -75,12 +76,12 @@ def sampling(testbed: Testbed) -> Iterator[Record]:
 
 
 def priors_of(testbed: Testbed, name: str) -> tuple[str, ...]:
-    """Return what codes of a projector are drawn from: those of principal components know no [-1, 1]."""
+    """Return the priors of a projector: codes of principal components are not limited to [-1, 1]."""
     return PRIORS if name in testbed.manifolds else PRIORS[1:]
 
 
 def filtering(testbed: Testbed) -> Iterator[Record]:
-    """Count what hidden units do on held-out windows: the shares that are ``idle``, and ``saturated``."""
+    """Measure hidden units on held-out windows: shares ``idle`` and ``saturated``, and average ``deviation``."""
     windows, context = testbed.test.windows, context_of(testbed.test)
     for name, manifold in testbed.manifolds.items():
         codes = manifold.encode(windows).astype(np.float64)
@@ -93,7 +94,7 @@ def filtering(testbed: Testbed) -> Iterator[Record]:
 
 
 def validity(motion: Array, mask: measures.Mask | None = None) -> dict[str, float]:
-    """Measure what can be said of motions ``(n, T, F)`` without a truth to compare them with."""
+    """Measure motions ``(n, T, F)`` without ground truth: bone error, foot speed, joint speed."""
     counted = np.ones(motion.shape[:2], bool) if mask is None else mask
     local = local_positions(motion).astype(np.float64)
     speed = FPS * np.linalg.norm(np.diff(local, axis=1), axis=-1)  # (n, T - 1, J)
@@ -106,11 +107,11 @@ def validity(motion: Array, mask: measures.Mask | None = None) -> dict[str, floa
 
 @renamed(rng="seed")
 def pairs(motions: MotionSet, n: int, *, seed: Seed) -> tuple[Array, Array]:
-    """Draw pairs of whole windows ``(n, T, F)``, the two of a pair of different clips."""
+    """Draw pairs of whole windows ``(n, T, F)``, each from two different clips."""
     whole = np.flatnonzero(motions.mask.all(axis=1))
     clips = motions.clip_of[whole]
     if len(set(clips)) < 2:
-        raise ValueError("motions: to interpolate, it takes whole windows of two clips or more")
+        raise ValueError("motions: interpolation needs whole windows of at least two clips")
     chosen: list[tuple[int, int]] = []
     rng = generator(seed)
     while len(chosen) < n:

@@ -1,4 +1,4 @@
-"""The table of all applications: every number of every method, for people."""
+"""Tables of all applications, metrics and methods."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from npss.records import Record
 from npss_baselines.manifold.applications.method import Method
 from npss_baselines.manifold.applications.restore import RESTORATIONS
 
-#: What a metric is called, and whether less of it is better; None where neither is.
+#: The heading of each metric, and whether lower is better; None where neither is.
 METRICS = {
-    "joint_error": ("joint error (heights)", True),
+    "joint_error": ("joint error (body heights)", True),
     "missing_joint_error": ("of missing joints", True),
     "bone_error": ("bone error (share)", True),
     "npss": ("NPSS paper", True),
-    "foot_speed": ("foot speed (heights/s)", None),
-    "joint_speed": ("joint speed (heights/s)", None),
+    "foot_speed": ("foot speed (body heights/s)", None),
+    "joint_speed": ("joint speed (body heights/s)", None),
     "idle": ("idle units", None),
     "saturated": ("saturated values", None),
     "deviation": ("mean deviation", None),
@@ -30,7 +30,7 @@ METRICS = {
 
 
 def text(records: Sequence[Record], *, markdown: bool = False) -> str:
-    """Lay records out: a table for each application, its signatures below; * marks the best, the input aside."""
+    """Format records: a table for each application, with signatures below; * marks the best, except the input."""
     groups: dict[str, list[Record]] = {}
     for record in records:
         groups.setdefault(_heading(record), []).append(record)
@@ -43,7 +43,7 @@ def text(records: Sequence[Record], *, markdown: bool = False) -> str:
 
 
 def listing(records: Sequence[Record], *, markdown: bool = False) -> str:
-    """Lay records out as they are, a row each: distances of single clips."""
+    """Format records in a table with a row each, for distances of single clips."""
     columns = [name for name in records[0] if name not in ("application", "signature", "index")]
     escaped = markdown_text if markdown else str
     cells = [[escaped(_written(record[name])) for name in columns] for record in records]
@@ -53,14 +53,14 @@ def listing(records: Sequence[Record], *, markdown: bool = False) -> str:
 
 
 def _heading(record: Record) -> str:
-    """Return what a record is about: records with the same are in one table."""
+    """Return the heading of the table that a record belongs to."""
     application, fields = record["application"], parse_signature(record["signature"])
     if application in ("distance", "nearest"):
-        what = f"{application}: {fields['clips']} clips of {fields['source']}, {fields['actions']} actions"
+        heading = f"{application}: {fields['clips']} clips of {fields['source']}, {fields['actions']} actions"
         return (
-            what
+            heading
             if application == "distance"
-            else f"{what}; {fields['queries']} queries, to be found: {fields['matches']}"
+            else f"{heading}; {fields['queries']} queries, matches: {fields['matches']}"
         )
     details = RESTORATIONS | {
         "interpolate": "pairs of windows",
@@ -76,10 +76,10 @@ def _table(records: Sequence[Record], *, markdown: bool) -> str:
     values = {(record["method"], record["metric"]): record["value"] for record in records}
     best = {}
     for metric in metrics:
-        less = METRICS[metric][1]
-        if less is not None:
-            tried = [values[method, metric] for method in methods if method != "input" and (method, metric) in values]
-            best[metric] = (min if less else max)(tried, default=None)
+        lower = METRICS[metric][1]
+        if lower is not None:
+            scores = [values[method, metric] for method in methods if method != "input" and (method, metric) in values]
+            best[metric] = (min if lower else max)(scores, default=None)
     escaped = markdown_text if markdown else str
     rows = [
         [escaped(method), *(_cell(values.get((method, metric)), best.get(metric)) for metric in metrics)]
@@ -100,9 +100,9 @@ def _cell(value: float | None, best: float | None) -> str:
 
 
 def _signatures(records: Sequence[Record]) -> list[str]:
-    """Return what the numbers of a table are: a line for all metrics that share it, then one for each model."""
+    """Return the signatures of a table: a line for metrics that share it, then a line for each model."""
     metrics: dict[str, dict[str, None]] = {}
-    models: dict[str, dict[str, str]] = {}  # by the method's name, by what it projects by, the first that does
+    models: dict[str, dict[str, str]] = {}  # by method name and model signature, the first method with it
     for record in records:
         fields = parse_signature(record["signature"])
         if model := fields.pop("model", None):
@@ -113,6 +113,6 @@ def _signatures(records: Sequence[Record]) -> list[str]:
     for shared, names in metrics.items():
         fields = parse_signature(shared) | {"metric": "+".join(names)}
         lines.append(signature(**fields | ({} if "npss" in names else {"convention": None})))
-    for name, methods in models.items():  # the best size of principal components depends on what they see
+    for name, methods in models.items():  # the best PCA size depends on the input
         lines += [f"model of {method if len(methods) > 1 else name}: {model}" for model, method in methods.items()]
     return lines

@@ -1,4 +1,4 @@
-"""What applications are measured on and with: held-out motion, manifolds, and their baselines."""
+"""The testbed of applications: held-out motion, manifolds and their baselines."""
 
 from __future__ import annotations
 
@@ -21,29 +21,29 @@ from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.scaling import Scaling
 from npss_baselines.manifold.motion.split import held_out_subjects, split
 
-#: What tables and pictures call what is no manifold.
+#: Names of other rows in tables and pictures, which manifolds must not have.
 RESERVED = ("input", "linear", "pca", "pca-best", "euclidean", "extremes", "length", "chance", "original", "real")
 
 
 @dataclass(frozen=True)
 class Testbed:
-    """Manifolds, their baselines, and the motion by which they are measured.
+    """Manifolds, their baselines, and the motion to measure them on.
 
     Attributes
     ----------
     motions : MotionSet
-        All of it, divided by subject as for training: baselines are fitted to what manifolds are trained on, and
-        restoring is measured on what is held out.
+        All motion, split by subject as for training: baselines are fitted to the training set, and restorations are
+        measured on the held-out set.
     manifolds : mapping of str to Manifold
-        By name, one or more; none of `RESERVED`, and without a comma. The mean of the first is what lost values
-        become, and baselines see features as it does.
+        One or more manifolds by name. A name has no comma and is not in `RESERVED`. The scaling of the first is that of
+        the baselines, and its mean replaces lost values.
     seed : int
-        Of all that is random.
+        Seed of all random choices.
 
     Raises
     ------
     ValueError
-        If a manifold has the name of another method.
+        If the name of a manifold is reserved or has a comma.
     """
 
     motions: MotionSet
@@ -54,59 +54,59 @@ class Testbed:
         for name in self.manifolds:
             if name in RESERVED or "," in name:
                 raise ValueError(
-                    f"manifolds: {name!r} could be taken for another method; a name has no comma and is none of "
+                    f"manifolds: invalid name {name!r}; names must not contain a comma or be one of "
                     f"{', '.join(RESERVED)}"
                 )
 
     @property
     def scaling(self) -> Scaling:
-        """That of the first manifold."""
+        """The scaling of the first manifold."""
         return next(iter(self.manifolds.values())).scaling
 
     @cached_property
     def training(self) -> MotionSet:
-        """What baselines are fitted to."""
+        """Training motion, which baselines are fitted to."""
         return split(self.motions).training
 
     @cached_property
     def test(self) -> MotionSet:
-        """What is held out."""
+        """Held-out motion."""
         test = split(self.motions).test
         if test is None:
-            raise ValueError(f"there is no motion of those who are held out, {', '.join(held_out_subjects())}")
+            raise ValueError(f"no motion of the held-out subjects {', '.join(held_out_subjects())}")
         return test
 
     @cached_property
     def windows(self) -> Windows:
-        """The windows that are held out, in float64."""
+        """Held-out windows, in float64."""
         return Windows(self.test.windows.astype(np.float64), self.test.mask)
 
     @cached_property
     def pca(self) -> PCA:
-        """Principal components of the size of the first manifold's code, or as many as training windows allow."""
+        """As many principal components as the first manifold's code has numbers, or as training windows allow."""
         size = next(iter(self.manifolds.values())).encode(self.training.windows[:1]).size
         return fit_pca(self.training.windows, self.scaling, n_components=size)
 
     @cached_property
     def best_sizes(self) -> dict[Restoration, int]:
-        """How many components restore best, by what is restored and how."""
+        """The best number of components for each restoration."""
         return best_sizes(self.training, self.scaling, tuple(restore.RESTORATIONS), seed=self.seed)
 
     def projectors(self, restoration: Restoration | None = None) -> dict[str, Projector]:
-        """Return what projects: ``pca``, ``pca-best`` if its size was chosen for that, and the manifolds."""
+        """Return the projectors: ``pca``, ``pca-best`` if its size was chosen for the restoration, and manifolds."""
         size = None if restoration is None else self.best_sizes.get(restoration)
         best = {} if size is None else {"pca-best": self.pca if size == ALL else truncated(self.pca, size)}
         return {"pca": self.pca, **best, **self.manifolds}
 
     def corrupted(self, application: str) -> Corrupted:
-        """Return what an application leaves of the windows that are held out."""
+        """Return the held-out windows, corrupted for an application."""
         return restore.corrupted(application, self.windows, self.scaling.mean, seed=self.seed)
 
     def restored(self, application: str, left: Corrupted) -> dict[Method, Array]:
-        """Return what each method makes of what is left."""
+        """Return the motions that each method restores from corrupted windows."""
         motions: dict[Method, Array] = {Method("input"): left.features}
         lost = ~left.known
-        if (lost.any(axis=1) & ~lost.all(axis=1)).any():  # there is something to interpolate between
+        if (lost.any(axis=1) & ~lost.all(axis=1)).any():  # there are values to interpolate between
             motions[Method("linear")] = restore.linear(left)
         projected: dict[str, Array] = {}
         for name, projector in self.projectors(Restoration(application)).items():
@@ -115,9 +115,9 @@ class Testbed:
         motions |= {Method(name): motion for name, motion in projected.items()}
         del projected["pca"]
         if application in LOST_AT_RANDOM:
-            seen = restore.rescaled(left, self.scaling.mean)
+            features = restore.rescaled(left, self.scaling.mean)
             projectors = self.projectors(Restoration(application, rescaled=True))
-            projected = {name: projectors[name].project(seen) for name in projected}
+            projected = {name: projectors[name].project(features) for name in projected}
             motions |= {Method(name, "rescaled"): motion for name, motion in projected.items()}
         if lost.any():
             motions |= {
@@ -130,9 +130,9 @@ class Testbed:
         return self.pca.signature
 
     def signature_of(self, application: str, method: Method) -> str | None:
-        """Return the signature of what a method projects by; None if it does not."""
+        """Return the signature of a method's projector; None if it has none."""
         if method.name == "pca-best":
-            # Where windows are rescaled, so are those whose known values are then put back.
+            # Where windows are rescaled, known values are put back into rescaled ones.
             rescaled = application in LOST_AT_RANDOM and bool(method.variant)
             size = min(self.best_sizes[Restoration(application, rescaled)], len(self.pca.components))
             return f"{size} components of {self._pca_signature}"
@@ -143,7 +143,7 @@ class Testbed:
 
 
 def fingerprint(motions: MotionSet) -> str:
-    """Return what tells a set of motion from any other, for signatures."""
+    """Return the hash that identifies a set of motion in signatures."""
     digest = hashlib.sha256()
     for clip, features in zip(motions.clips, motions.features, strict=True):
         digest.update(f"{clip.source}/{clip.name}".encode() + features.tobytes())

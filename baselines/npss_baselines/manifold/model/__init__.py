@@ -1,1 +1,1 @@
-"""The convolutional autoencoder, and PCA."""
+"""Manifolds of motion: the convolutional autoencoder, and PCA as its baseline."""

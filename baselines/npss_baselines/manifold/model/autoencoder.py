@@ -1,4 +1,4 @@
-"""The motion manifold: a convolutional autoencoder in time whose two halves share their weights."""
+"""The motion manifold: a convolutional autoencoder over time, whose encoder and decoder share weights."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from torch.nn.functional import conv1d, conv_transpose1d
 
 from npss.validation import each, is_real, one_of, positive_integer
 
-#: Where a value goes that pooling took the maximum of: in training of single layers, to one place by chance.
+#: How the inverse of max pooling places a value; ``random`` only where a single layer is trained.
 UNPOOL = ("both", "half", "random")
 
 
 @dataclass(frozen=True)
 class AutoencoderConfig:
-    """What the network is.
+    """The configuration of the network.
 
     Parameters
     ----------
     n_features : int
-        Columns of a frame: 3 J + 3 for J joints.
+        Features in a frame: 3 J + 3 for J joints.
     widths : tuple of int
-        Filters of each layer; as many layers.
+        Number of filters in each layer.
     kernel : int
-        Frames that a filter sees; an odd number.
+        Length of a filter in frames; odd.
     pool : int
-        Frames of which pooling takes the maximum; 1 turns it off.
+        Frames in a max pooling window; 1 turns pooling off.
     unpool : {'both', 'half'}
-        How the inverse of pooling spreads a value evenly: the value in every place, or its share; the paper does not
-        say which.
+        How unpooling spreads a value evenly: repeat it in every frame, or divide it among them. The paper does not say
+        which.
     eps : float
-        Before atanh, values are clipped to 1 - eps in magnitude: the layer above may reconstruct any. Pre-activations
-        are recovered up to atanh(1 - eps).
+        Values are clipped to a magnitude of 1 - eps before atanh, since the layer above can reconstruct any value.
+        Pre-activations are recovered up to atanh(1 - eps).
 
     Raises
     ------
     TypeError, ValueError
-        If a field is not what it should be; the message begins with its name.
+        If a field is invalid; the message begins with its name.
     """
 
     n_features: int = 63
@@ -56,8 +56,8 @@ class AutoencoderConfig:
             positive_integer(name, getattr(self, name))
         widths = tuple(positive_integer(f"widths[{i}]", width) for i, width in enumerate(each("widths", self.widths)))
         if not widths:
-            raise ValueError("widths: expected those of one layer or more")
-        object.__setattr__(self, "widths", widths)  # read from JSON, a list
+            raise ValueError("widths: expected at least one layer")
+        object.__setattr__(self, "widths", widths)  # JSON gives a list
         if self.kernel % 2 == 0:
             raise ValueError(f"kernel: expected an odd number of frames, got {self.kernel}")
         one_of("unpool", self.unpool, UNPOOL[:2])
@@ -73,36 +73,36 @@ class AutoencoderConfig:
 
     @property
     def stride(self) -> int:
-        """Frames to a step of the code."""
+        """Frames per step of the code."""
         return int(self.pool**self.depth)
 
 
 class TiedLayer(nn.Module):
-    """A convolution with pooling and tanh, and its inverse by the same weights.
+    """A convolution with max pooling and tanh, and its inverse with the same weights.
 
-    Motion has the shape (B, T, F), hidden units (B, T / pool, H).
+    Motion has shape (B, T, F), hidden units (B, T / pool, H).
 
     Parameters
     ----------
     n_in, n_out : int
         F and H.
     config : AutoencoderConfig
-        The rest.
+        The other settings.
     """
 
     def __init__(self, n_in: int, n_out: int, config: AutoencoderConfig) -> None:
         super().__init__()
         self.config = config
-        #: Of filter h, feature f and lag k - K // 2: weight[h, f, k].
+        #: weight[h, f, k] is that of filter h, feature f and lag k - K // 2.
         self.weight = nn.Parameter(torch.empty(n_out, n_in, config.kernel))
         self.bias = nn.Parameter(torch.zeros(n_out))
-        limit = math.sqrt(6 / (config.kernel * (n_in + n_out)))  # Glorot and Bengio's
+        limit = math.sqrt(6 / (config.kernel * (n_in + n_out)))  # Glorot and Bengio
         nn.init.uniform_(self.weight, -limit, limit)
 
     def forward(self, x: Tensor) -> Tensor:
         """Return tanh(maxpool(x * W + b)), (B, T / pool, H)."""
         filtered = convolve(x, self.weight)
-        if self.config.pool > 1:  # the bias does not change which is the largest
+        if self.config.pool > 1:  # the bias does not change the order
             filtered = filtered.view(len(x), -1, self.config.pool, self.bias.numel()).max(2).values
         return torch.tanh(filtered + self.bias)
 
@@ -112,32 +112,32 @@ class TiedLayer(nn.Module):
         Parameters
         ----------
         y : (B, T / pool, H) Tensor
-            Hidden units; beyond 1 - eps, they are clipped.
+            Hidden units, clipped to a magnitude of 1 - eps.
         unpool : {'both', 'half', 'random'}, optional
-            That of the configuration, unless another is named; ``'random'`` draws the place of each unit from torch's
-            global generator, and the others are zero.
+            How to unpool (default: as configured). ``'random'`` draws the frame of each value from torch's global
+            generator, and sets the others to zero.
         """
         largest = 1 - self.config.eps
         return spread(self._unpool(torch.atanh(y.clamp(-largest, largest)), unpool) - self.bias, self.weight)
 
     def _unpool(self, values: Tensor, unpool: str | None) -> Tensor:
-        places, how = self.config.pool, unpool or self.config.unpool
-        if places == 1:
+        pool, mode = self.config.pool, unpool or self.config.unpool
+        if pool == 1:
             return values
-        if how == "random":
-            chosen = torch.randint(places, values.shape, device=values.device).unsqueeze(2)
-            among = torch.arange(places, device=values.device).view(1, 1, -1, 1)
-            return (values.unsqueeze(2) * (chosen == among)).flatten(1, 2)
-        return (values if how == "both" else values / places).repeat_interleave(places, 1)
+        if mode == "random":
+            places = torch.randint(pool, values.shape, device=values.device).unsqueeze(2)
+            frames = torch.arange(pool, device=values.device).view(1, 1, -1, 1)
+            return (values.unsqueeze(2) * (places == frames)).flatten(1, 2)
+        return (values if mode == "both" else values / pool).repeat_interleave(pool, 1)
 
 
 class Autoencoder(nn.Module):
-    """The network: layers, of which each halves the frames.
+    """The network: layers that each divide the number of frames by `pool`.
 
     Parameters
     ----------
     config : AutoencoderConfig
-        What it is.
+        Its configuration.
 
     References
     ----------
@@ -160,33 +160,33 @@ class Autoencoder(nn.Module):
         self.layers = nn.ModuleList(TiedLayer(*pair, config) for pair in itertools.pairwise(sizes))
 
     def first(self, depth: int | None = None) -> list[TiedLayer]:
-        """Return the first layers, from the motion on; by default all."""
+        """Return the first `depth` layers, starting at the motion (default: all)."""
         return cast(list[TiedLayer], list(self.layers)[:depth])
 
     def encode(self, x: Tensor, depth: int | None = None) -> Tensor:
-        """Return the hidden units (B, T / pool**depth, H) of motion (B, T, F); by default of all layers."""
+        """Return the hidden units (B, T / pool**depth, H) of motion (B, T, F) after `depth` layers (default: all)."""
         depth = self.config.depth if depth is None else depth
         if x.shape[1] % self.config.pool**depth:
-            raise ValueError(f"x: {x.shape[1]} frames, which is no multiple of {self.config.pool**depth}")
+            raise ValueError(f"x: {x.shape[1]} frames are not a multiple of {self.config.pool**depth}")
         for layer in self.first(depth):
             x = layer(x)
         return x
 
     def decode(self, y: Tensor, depth: int | None = None) -> Tensor:
-        """Return the motion (B, T, F) of hidden units."""
+        """Reconstruct the motion (B, T, F) from hidden units."""
         for layer in reversed(self.first(depth)):
             y = layer.inverse(y)
         return y
 
     def project(self, x: Tensor, depth: int | None = None) -> Tensor:
-        """Return the motion (B, T, F) on the manifold that motion is taken to: encoded and decoded."""
+        """Project motion (B, T, F) onto the manifold: encode and decode it."""
         return self.decode(self.encode(x, depth), depth)
 
 
 def convolve(x: Tensor, weight: Tensor) -> Tensor:
     """Return y[t, h] = sum over f and k of x[t + k - K // 2, f] weight[h, f, k], (B, T, H).
 
-    What is beyond the first and the last frame counts as zero.
+    Motion is padded with zeros.
     """
     return conv1d(x.transpose(1, 2), weight, padding=weight.shape[2] // 2).transpose(1, 2)
 

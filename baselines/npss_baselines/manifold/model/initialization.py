@@ -1,4 +1,4 @@
-"""The weights that training starts from."""
+"""Initial weights of the network."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ INITIALIZATIONS = ("glorot", "orthonormal")
 
 
 def initialize(network: Autoencoder, how: str) -> None:
-    """Set the weights; what is random is drawn from torch's global generator.
+    """Set the initial weights, drawn from torch's global generator.
 
     Parameters
     ----------
     network : Autoencoder
-        As it was made: by Glorot and Bengio's uniform distribution, and zero biases.
+        A new network, which has Glorot and Bengio's uniform weights and zero biases.
     how : {'glorot', 'orthonormal'}
-        Leave it so, as the paper does. Or each filter sees a single frame, by an orthonormal change of basis, and if
-        there are twice as many filters as inputs, each has its negative beside it: of every two frames, pooling takes
-        the maximum of the one and, as it were, the minimum of the other, of which the inverse makes the mean. So before
-        any training, reconstructed motion is the average over the frames of a step.
+        ``'glorot'`` keeps these weights, as the paper does. With ``'orthonormal'``, each filter sees a single frame,
+        through an orthonormal change of basis. If there are at least twice as many filters as inputs, each filter has
+        a negated copy: pooling then keeps the maximum and the minimum of two frames, and the inverse averages them.
+        Before training, reconstructed motion is thus the average over the frames of a step.
 
     Raises
     ------
     ValueError
-        If there is no such initialization.
+        If the initialization is unknown.
 
     Examples
     --------
-    Slow motion, so small that tanh changes it little, is nearly its own projection:
+    Slow motion, small enough for tanh to be nearly linear, is nearly unchanged by projection:
 
     >>> import torch
     >>> from npss_baselines.manifold.model.autoencoder import AutoencoderConfig
@@ -54,11 +54,11 @@ def initialize(network: Autoencoder, how: str) -> None:
                 layer.weight.zero_()
                 layer.weight[:, :, lags // 2] = _frame(filters, inputs)
                 if network.config.unpool == "half":
-                    layer.weight.mul_(math.sqrt(network.config.pool))  # once in the layer, and once more in its inverse
+                    layer.weight.mul_(math.sqrt(network.config.pool))  # in the layer, and again in its inverse
 
 
 def _frame(filters: int, inputs: int) -> Tensor:
-    """Return (filters, inputs) orthonormal columns, or rows if there are fewer of them."""
+    """Return a (filters, inputs) matrix with orthonormal columns, or orthonormal rows if there are fewer rows."""
     if filters >= 2 * inputs:
         half = _orthonormal(filters // 2, inputs) / 2**0.5
         return torch.cat([half, -half, half.new_zeros(filters % 2, inputs)])

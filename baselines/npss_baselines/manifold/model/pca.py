@@ -1,4 +1,4 @@
-"""Principal components of whole windows: the linear manifold that others are compared with."""
+"""Principal components of windows: the linear baseline of the manifold."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from npss_baselines.manifold.motion.scaling import Scaling
 class PCA:
     """Principal components as a `npss_baselines.manifold.model.projector.Projector`.
 
-    The code of a motion has a row for each window in it, of `window` frames, every half a window; where they overlap,
-    their reconstructions are averaged. What does not fill a window is padded at its end by mirroring, and cut again.
+    The code of a motion has a row for each window of `window` frames; windows overlap by half, and overlapping
+    reconstructions are averaged. Motion that does not fill a window is mirrored at its end, and cut again.
 
     Attributes
     ----------
     window : int
-        Frames of a window, an even number.
+        Frames in a window; even.
     mean : (window * F,) ndarray
-        Of the windows, normalised.
+        Mean of the scaled windows.
     components : (k, window * F) ndarray
-        Orthonormal, the largest variance first.
+        Orthonormal components, largest variance first.
     scaling : Scaling
-        By which it sees features: errors count by its scale.
+        Scaling of the features, which weights their errors.
     """
 
     window: int
@@ -39,7 +39,7 @@ class PCA:
 
     @property
     def signature(self) -> str:
-        """What it is, to the bit."""
+        """The identity of the components, to the bit."""
         arrays = (self.mean, self.components, self.scaling.mean, self.scaling.scale)
         digest = hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()
         return f"pca-{len(self.components)}-{digest[:12]}"
@@ -48,9 +48,11 @@ class PCA:
         """Return the code (n, W, k) of motions (n, T, F) with W windows, float64."""
         step, n_features = self.window // 2, len(self.scaling.mean)
         motions = mirrored(motions_of(features, n_features), step, least=self.window)
-        seen = self.scaling.normalize(motions)
-        starts = range(0, seen.shape[1] - step, step)
-        windows = np.stack([seen[:, start : start + self.window].reshape(len(seen), -1) for start in starts], axis=1)
+        scaled = self.scaling.normalize(motions)
+        starts = range(0, scaled.shape[1] - step, step)
+        windows = np.stack(
+            [scaled[:, start : start + self.window].reshape(len(scaled), -1) for start in starts], axis=1
+        )
         code: Array = (windows - self.mean) @ self.components.T
         return code
 
@@ -60,13 +62,13 @@ class PCA:
         Raises
         ------
         TypeError, ValueError
-            If the codes are not of this shape, or of fewer frames.
+            If the shape of the codes is wrong, or they have fewer frames.
         """
         step = self.window // 2
         rows = motions_of(code, len(self.components), name="code")
         available = (rows.shape[1] + 1) * step
         if positive_integer("n_frames", n_frames) > available:
-            raise ValueError(f"n_frames: {rows.shape[1]} windows are of {available} frames")
+            raise ValueError(f"n_frames: {rows.shape[1]} windows have {available} frames, got {n_frames}")
         windows = (rows @ self.components + self.mean).reshape(*rows.shape[:2], self.window, -1)
         total = np.zeros((len(rows), available, windows.shape[-1]))
         count = np.zeros((available, 1))
@@ -76,7 +78,7 @@ class PCA:
         return self.scaling.unnormalize((total / count)[:, :n_frames])
 
     def project(self, features: npt.ArrayLike) -> Array:
-        """Return the motions that motions (n, T, F) are taken to: encoded and decoded, float64."""
+        """Project motions (n, T, F): encode and decode them, in float64."""
         return self.decode(self.encode(features), np.shape(features)[1])
 
 
@@ -86,28 +88,28 @@ def fit_pca(windows: npt.ArrayLike, scaling: Scaling, *, n_components: int) -> P
     Parameters
     ----------
     windows : (n, T, F) array_like
-        Features of motion; T is even. The padding of short clips by mirroring is part of them: windows count as wholes.
+        Features of motion; T is even. Mirrored padding of short clips counts, since windows are fitted whole.
     scaling : Scaling
-        That of the network it is compared with.
+        Scaling of the network to compare with.
     n_components : int
-        As many as the network's code has numbers, 20 x 256, make codes of one size. But there are no more components
-        than directions in which the windows vary, of which n windows have at most n - 1.
+        Largest number of components; 20 x 256 gives codes of the network's size. At most the number of directions in
+        which windows vary, itself at most n - 1.
 
     Returns
     -------
     PCA
-        With `n_components` components, or as many as there are.
+        The components.
 
     Raises
     ------
     TypeError, ValueError
-        If the windows are not as described or are all the same, or the number is not positive.
+        If the windows are invalid or all equal, or the number is not positive.
 
     Examples
     --------
     >>> import numpy as np
     >>> rng = np.random.default_rng(0)
-    >>> windows = rng.normal(size=(20, 2)) @ rng.normal(size=(2, 160 * 6))  # two things vary
+    >>> windows = rng.normal(size=(20, 2)) @ rng.normal(size=(2, 160 * 6))  # two directions
     >>> pca = fit_pca(windows.reshape(20, 160, 6), Scaling(np.zeros(6), np.ones(6)), n_components=5120)
     >>> len(pca.components)
     2
@@ -119,13 +121,13 @@ def fit_pca(windows: npt.ArrayLike, scaling: Scaling, *, n_components: int) -> P
     rows = scaling.normalize(array).reshape(len(array), -1)
     mean = rows.mean(axis=0)
     rows -= mean
-    # Of the two products of the matrix with itself the smaller one has the same eigenvalues, and gives its vectors.
+    # Both Gram matrices have the same non-zero eigenvalues; decompose the smaller one.
     few = len(rows) < rows.shape[1]
     power, vectors = np.linalg.eigh(rows @ rows.T if few else rows.T @ rows)  # the largest last
     eps = np.finfo(np.float64).eps
     kept = power > eps * max(rows.shape) * max(power[-1], eps * len(rows) * (mean @ mean))  # the rest is rounding
     if not kept.any():
-        raise ValueError("windows: they are all the same")
+        raise ValueError("windows: all windows are equal")
     chosen = np.flatnonzero(kept)[::-1][:n_components]
     components = vectors[:, chosen].T
     if few:

@@ -1,13 +1,12 @@
-"""Gradient descent by one window at a time, as the paper has it: tied layers forwards and backwards by hand.
+"""SGD with one window a step, as in the paper, with hand-written gradients of the tied layers.
 
-On one thread, autograd takes 1.7 to 1.9 times as long for a layer and 1.5 times for all of them
-(`benchmarks/test_manifold_speed.py`): windows are small, and what it does beside matrix products is what one waits for.
-Here
+On one thread, autograd takes 1.7 to 1.9 times as long for a layer and 1.5 times for all layers
+(`benchmarks/test_manifold_speed.py`): windows are small, and its overhead exceeds the matrix products. Here
 
-- all arrays are made once, for windows of one length;
-- the frames that a filter sees are copied beside each other, so that a convolution is a single matrix product;
-- a weight is in the layer and in its inverse; both gradients are one product of twice as many rows;
-- that product is added to the weights at once, without a gradient that is stored, and without an optimiser.
+- all arrays are allocated once, for windows of one length;
+- the frames seen by a filter are copied side by side, so that a convolution is a single matrix product;
+- a layer and its inverse share weights, and one product of twice as many rows gives both gradients;
+- that product is added to the weights directly, without a stored gradient or an optimiser.
 
 The tests compare it with autograd and torch's SGD.
 """
@@ -24,24 +23,23 @@ from npss_baselines.manifold.model.autoencoder import TiedLayer
 
 
 class PerWindowSGD:
-    """Layers in training: reconstruct a window that is corrupted, and step down the gradient.
+    """SGD on layers that reconstruct a corrupted window.
 
-    The same as `npss_baselines.manifold.training.loss.loss_of` of a single window, and SGD. The layers themselves stay
-    as they were until `keep`.
+    Equal to SGD on `npss_baselines.manifold.training.loss.loss_of` for a single window. The layers do not change until
+    `keep`.
 
     Parameters
     ----------
     layers : sequence of TiedLayer
-        From the motion, or the hidden units that are the window, on. Pooling is of two frames.
+        The layers to train, in order from the window on. Pooling is over two frames.
     n_frames : int
-        Of a window.
+        Frames in a window.
     corruption : float
-        Probability with which an input value is set to zero.
+        Probability that an input value is set to zero.
     sparsity : float
         Weight of the magnitudes of the last layer's hidden units.
     random : bool
-        Whether the last layer is unpooled to one place by chance, else evenly as its configuration says. Others always
-        are unpooled evenly.
+        Whether the last layer is unpooled at random, otherwise as configured. Other layers are unpooled evenly.
     """
 
     def __init__(
@@ -54,12 +52,12 @@ class PerWindowSGD:
         self.share = 0.5 if layers[0].config.unpool == "half" else 1.0
 
     def step(self, window: Tensor, of_frames: Tensor, of_steps: Tensor, lr: float) -> Tensor:
-        """Change the weights.
+        """Update the weights.
 
         Parameters
         ----------
         window : (T, F) Tensor
-            What is reconstructed.
+            The window to reconstruct.
         of_frames : (T, 1) Tensor
             Weights of the squared errors of the frames.
         of_steps : (T', 1) Tensor
@@ -70,14 +68,14 @@ class PerWindowSGD:
         Returns
         -------
         () Tensor
-            The loss before.
+            The loss before the update.
         """
         layers, top = self.layers, self.layers[-1]
         kept = torch.empty_like(window).bernoulli_(1 - self.corruption)
         values = window * kept
         for layer in layers:
             values = layer.encode(values)
-        # What tanh did to the last layer, atanh would undo.
+        # In the last layer, atanh only undoes tanh.
         spread = top.filtered.clamp(-top.limit, top.limit)
         if self.random:
             is_first = torch.randint(2, spread.shape, device=spread.device) == 0
@@ -107,21 +105,21 @@ class PerWindowSGD:
             loss = loss + (top.units.abs() * magnitudes).sum()
             gradient += top.units.sign().mul_(magnitudes).mul_(1 - top.units * top.units)
         for i, layer in reversed(list(enumerate(layers))):
-            of_input = layer.encode_backwards(gradient, needed=i > 0)
+            input_gradient = layer.encode_backwards(gradient, needed=i > 0)
             layer.update(lr)
-            if of_input is not None:
+            if input_gradient is not None:
                 below = layers[i - 1].units
-                gradient = of_input.mul_(1 - below * below)
+                gradient = input_gradient.mul_(1 - below * below)
         return loss
 
     def keep(self) -> None:
-        """Write the weights into the layers."""
+        """Write the weights to the layers."""
         for layer in self.layers:
             layer.keep()
 
 
 class _Layer:
-    """A layer, and all that one window leaves in it."""
+    """A layer, and its buffers for one window."""
 
     def __init__(self, layer: TiedLayer, n_frames: int) -> None:
         self.layer = layer
@@ -133,20 +131,20 @@ class _Layer:
         self.n_frames = n_frames
         around, width = kernel // 2, kernel * n_in
         new = self.weight.new_zeros
-        # The frames around each frame side by side: of the input, and of the gradient of the output.
+        # The neighbours of each frame side by side, of the input and of the output gradient.
         self.input, self.output_gradient = (new(n_frames + 2 * around, n_in) for _ in range(2))
         self.inside = slice(around, around + n_frames)
         self.input_seen, self.output_gradient_seen = (
             padded.as_strided((n_frames, width), (n_in, 1)) for padded in (self.input, self.output_gradient)
         )
         self.seen = new(2 * n_frames, width)
-        # What goes with them in the gradient of the weights: that of what is filtered, and what is spread.
+        # The other factor of the weight gradient: the gradient of the filtered values, and the unpooled values.
         self.beside = new(2 * n_frames, n_out)
         self.filtered_gradient = self.beside[:n_frames].view(-1, 2, n_out)
         self.spread = self.beside[n_frames:].view(-1, 2, n_out)
         self.bias_gradient = new(n_out)
-        # What each frame adds to those around it. What one of these is given lies on a diagonal, which is an axis of
-        # its own if one steps a row down and a frame back.
+        # What each frame adds to its neighbours. The terms of one frame lie on a diagonal, which strides of a row down
+        # and a frame back turn into an axis.
         self.added = new(n_frames + 2 * around, width)
         self.diagonals = self.added.as_strided((n_frames, kernel, n_in), (width, width - n_in, 1), (kernel - 1) * n_in)
         self.filtered = self.units = self.is_first = new(0)
@@ -169,30 +167,30 @@ class _Layer:
         return self.units
 
     def decode(self, first: Tensor, second: Tensor | None = None) -> Tensor:
-        """Return the output (T, F) of values (T / 2, H) in the first and the second places, which may be the same."""
+        """Return the output (T, F) of values (T / 2, H) in the first and second frames, which may be equal."""
         self.spread[:, 0] = first
         self.spread[:, 1] = first if second is None else second
         self.spread -= self.bias
         return self._overlaid(self.beside[self.n_frames :])
 
     def decode_backwards(self, gradient: Tensor) -> tuple[Tensor, Tensor]:
-        """Return the gradients of the values in the first and second places, given that of the output."""
+        """Return the gradients of the values in the first and second frames from the output gradient."""
         self.output_gradient[self.inside] = gradient
         self.seen[self.n_frames :] = self.output_gradient_seen
-        of_values = torch.mm(self.seen[self.n_frames :], self.weight)
-        torch.sum(of_values, 0, out=self.bias_gradient).neg_()
-        first, second = of_values.view(self.spread.shape).unbind(1)
+        gradients = torch.mm(self.seen[self.n_frames :], self.weight)
+        torch.sum(gradients, 0, out=self.bias_gradient).neg_()
+        first, second = gradients.view(self.spread.shape).unbind(1)
         return first, second
 
     def encode_backwards(self, gradient: Tensor, *, needed: bool) -> Tensor | None:
-        """Return the gradient of the input, if it is needed, given that of what tanh is applied to."""
+        """Return the input gradient, if needed, from the gradient of the pre-activations."""
         self.bias_gradient += gradient.sum(0)
         torch.mul(gradient, self.is_first, out=self.filtered_gradient[:, 0])
         torch.sub(gradient, self.filtered_gradient[:, 0], out=self.filtered_gradient[:, 1])
         return self._overlaid(self.beside[: self.n_frames]) if needed else None
 
     def update(self, lr: float) -> None:
-        """Step down the gradient."""
+        """Take a step of gradient descent."""
         self.weight.addmm_(self.seen.T, self.beside, alpha=-lr)
         self.bias.sub_(self.bias_gradient, alpha=lr)
 

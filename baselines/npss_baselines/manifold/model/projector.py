@@ -1,4 +1,4 @@
-"""What takes motion to a manifold, whatever the manifold is; and the autoencoder as one that does."""
+"""Projectors of motion onto a manifold: the protocol, and the autoencoder's."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _AT_ONCE = 64  # windows, to bound memory
 
 
 class Projector(Protocol):
-    """A manifold of motion of any length, given as features in the units of `motion.features`."""
+    """A manifold of motions of any length, as features of `npss_baselines.manifold.motion.features`."""
 
     @property
     def signature(self) -> str:
-        """What it is, to the bit: part of the signature of every number that depends on it."""
+        """The identity of the projector, to the bit; part of the signature of numbers that depend on it."""
 
     def encode(self, features: npt.ArrayLike) -> Array:
         """Return the code (n, T', H) of motions (n, T, F)."""
@@ -31,24 +31,23 @@ class Projector(Protocol):
         """Return the motions (n, n_frames, F) of codes (n, T', H)."""
 
     def project(self, features: npt.ArrayLike) -> Array:
-        """Return the motions (n, T, F) on the manifold that motions are taken to."""
+        """Project motions (n, T, F) onto the manifold."""
 
 
 @dataclass(frozen=True, eq=False)
 class Manifold:
     """An autoencoder as a `Projector`.
 
-    Motion whose length is no multiple of the frames to a step of the code is padded at its end by mirroring, and cut
-    again.
+    Motion whose length is not a multiple of the frames per step is mirrored at its end, and cut again.
 
     Attributes
     ----------
     network : Autoencoder
-        On any device.
+        The network, on any device.
     scaling : Scaling
-        By which it sees features.
+        Scaling of the features.
     signature : str
-        Of its weights, and of what they were trained on and how.
+        Hash of the weights, the training data and the configuration.
     """
 
     network: Autoencoder
@@ -56,7 +55,7 @@ class Manifold:
     signature: str
 
     def encode(self, features: npt.ArrayLike) -> Array:
-        """Return the code of motions.
+        """Encode motions.
 
         Parameters
         ----------
@@ -66,28 +65,28 @@ class Manifold:
         Returns
         -------
         (n, T', H) ndarray
-            Hidden units of the last layer, between -1 and 1, in the network's precision; T' is T over the frames to a
-            step, rounded up.
+            Hidden units of the last layer, between -1 and 1, in the network's precision; T' is T divided by the frames
+            per step, rounded up.
 
         Raises
         ------
         TypeError, ValueError
-            If the motions are not as described.
+            If the motions are invalid.
         """
         motions = motions_of(features, self.network.config.n_features)
-        seen = self.scaling.normalize(mirrored(motions, self.network.config.stride))
+        scaled = self.scaling.normalize(mirrored(motions, self.network.config.stride))
         with torch.no_grad():
-            return np.concatenate([self.network.encode(part).cpu().numpy() for part in self._parts(seen)])
+            return np.concatenate([self.network.encode(part).cpu().numpy() for part in self._parts(scaled)])
 
     def decode(self, code: npt.ArrayLike, n_frames: int) -> Array:
-        """Return the motions of codes.
+        """Decode motions.
 
         Parameters
         ----------
         code : (n, T', H) array_like
-            Hidden units of the last layer. Magnitudes of more than 1 - eps are clipped.
+            Hidden units of the last layer, clipped to a magnitude of 1 - eps.
         n_frames : int
-            Frames to return, at most those that T' steps are of.
+            Frames to return, at most those of T' steps.
 
         Returns
         -------
@@ -97,34 +96,36 @@ class Manifold:
         Raises
         ------
         TypeError, ValueError
-            If the codes are not as described, or of fewer frames.
+            If the codes are invalid, or have fewer frames.
         """
         config = self.network.config
         steps = motions_of(code, config.widths[-1], name="code")
         if positive_integer("n_frames", n_frames) > steps.shape[1] * config.stride:
-            raise ValueError(f"n_frames: {steps.shape[1]} steps are of {steps.shape[1] * config.stride} frames")
+            raise ValueError(
+                f"n_frames: {steps.shape[1]} steps have {steps.shape[1] * config.stride} frames, got {n_frames}"
+            )
         with torch.no_grad():
             motions = [self.network.decode(part).cpu().numpy() for part in self._parts(steps)]
         return self.scaling.unnormalize(np.concatenate(motions)[:, :n_frames])
 
     def project(self, features: npt.ArrayLike) -> Array:
-        """Return the motions that motions (n, T, F) are taken to: encoded and decoded, float64."""
+        """Project motions (n, T, F): encode and decode them, in float64."""
         code = self.encode(features)
         return self.decode(code, np.shape(features)[1])
 
     def _parts(self, values: Array) -> list[Tensor]:
-        """Return arrays as the network takes them, as many at once as memory should hold."""
-        seen_as = next(self.network.parameters())  # its precision and its device
-        return list(torch.split(torch.from_numpy(values.astype(np.float64)).to(seen_as), _AT_ONCE))
+        """Convert arrays to tensors for the network, in parts that bound memory."""
+        parameter = next(self.network.parameters())  # has the precision and the device
+        return list(torch.split(torch.from_numpy(values.astype(np.float64)).to(parameter), _AT_ONCE))
 
 
 def motions_of(features: npt.ArrayLike, n_features: int, *, name: str = "features") -> Array:
-    """Read motions (n, T, F) of so many features.
+    """Check motions (n, T, F) with `n_features` features.
 
     Raises
     ------
     TypeError, ValueError
-        If they are not that, none, or not finite; the message begins with `name`.
+        If the type or shape is wrong, or a value is not finite; the message begins with `name`.
     """
     array = real_array(name, features)
     if array.ndim != 3 or array.shape[2] != n_features or 0 in array.shape:
@@ -134,7 +135,7 @@ def motions_of(features: npt.ArrayLike, n_features: int, *, name: str = "feature
 
 
 def mirrored(motions: Array, stride: int, least: int = 1) -> Array:
-    """Return motions (n, T, F), mirrored at the end until T is `least` or more and a multiple of `stride`."""
+    """Mirror motions (n, T, F) at the end until T is at least `least` and a multiple of `stride`."""
     n_frames = max(motions.shape[1], least)
-    more = n_frames + -n_frames % stride - motions.shape[1]
-    return np.pad(motions, ((0, 0), (0, more), (0, 0)), mode="reflect")
+    padding = n_frames + -n_frames % stride - motions.shape[1]
+    return np.pad(motions, ((0, 0), (0, padding), (0, 0)), mode="reflect")

@@ -1,1 +1,1 @@
-"""Motion as the manifold sees it: features, windows, normalisation."""
+"""Prepared motion: features, windows, scaling."""

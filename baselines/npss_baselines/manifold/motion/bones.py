@@ -1,4 +1,4 @@
-"""One length for every bone: motion of any figure on the same skeleton."""
+"""Normalise bone lengths, so that all motion has the same skeleton."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ LEGS = (("LeftUpLeg", "LeftFoot"), ("RightUpLeg", "RightFoot"))
 def normalise_lengths(
     positions: npt.ArrayLike, skeleton: Skeleton, *, legs: Sequence[tuple[str, str]] = LEGS
 ) -> Float64:
-    """Give every bone the length that it has in a skeleton; its direction stays.
+    """Give every bone the length of the skeleton's bone, and keep its direction.
 
-    The place of the root, path and height, is scaled by the length of the legs in the skeleton over that in the
-    motion: steps keep their proportion to the legs, and feet stay near the ground.
+    The root's path and height are scaled by the ratio of leg lengths, skeleton to motion, so that steps keep their
+    proportion to the legs and feet stay near the ground.
 
     Parameters
     ----------
     positions : (..., T, J, 3) array_like
         Positions of the skeleton's joints, y up, in any unit.
     skeleton : npss.skeleton.Skeleton
-        The lengths: those of its offsets.
+        Its offsets have the target lengths.
     legs : sequence of (str, str), optional
-        First and last joint of each leg. The length of a leg is that of the bones from one to the other; that of all is
-        the mean over legs, in a motion over frames too.
+        First and last joint of each leg. A leg is as long as the bones from one to the other. Lengths are averaged over
+        legs and, in the motion, over frames.
 
     Returns
     -------
     (..., T, J, 3) ndarray of float64
-        In the unit of the skeleton.
+        Positions in the unit of the skeleton.
 
     Raises
     ------
     TypeError
-        If `positions` does not hold real numbers, or `legs` is no sequence.
+        If `positions` does not hold real numbers, or `legs` is not a sequence.
     ValueError
-        If the shape is another one, a position is not finite, a leg is no chain of the skeleton's bones or has no
-        length, or a joint is where its parent is and the skeleton has a bone there: names it, and the first frame.
+        If the shape is wrong, a position is not finite, a leg is not a chain of bones or has no length, or a bone has
+        length in the skeleton but none in the motion. The message names the joint and the first such frame.
 
     Examples
     --------
@@ -57,25 +57,25 @@ def normalise_lengths(
     array = positions_of(positions, skeleton)
     chains = [_chain(skeleton, *pair) for pair in each("legs", legs, "pairs of joints")]
     if not chains:
-        raise ValueError("legs: no leg")
+        raise ValueError("legs: expected at least one pair of joints")
     joints = list(skeleton._order[1:])
     parents = [skeleton.parents[j] for j in joints]
-    wanted = np.linalg.norm(skeleton.offsets, axis=-1)  # (J,)
+    target_lengths = np.linalg.norm(skeleton.offsets, axis=-1)  # (J,)
     bones = array.copy()
     bones[..., joints, :] -= array[..., parents, :]
-    given = np.linalg.norm(bones, axis=-1)  # (..., T, J)
+    lengths = np.linalg.norm(bones, axis=-1)  # (..., T, J)
     for j in joints:
-        if wanted[j] > 0 and not given[..., j].all():
+        if target_lengths[j] > 0 and not lengths[..., j].all():
             raise ValueError(
-                f"positions: {skeleton.names[j]} is where its parent {skeleton.names[skeleton.parents[j]]} is, "
-                f"at frame {first_frame(given[..., j] == 0)}; no direction, no bone"
+                f"positions: {skeleton.names[j]} coincides with its parent {skeleton.names[skeleton.parents[j]]} "
+                f"at frame {first_frame(lengths[..., j] == 0)}, so the bone has no direction"
             )
-    leg_wanted = np.mean([wanted[chain].sum() for chain in chains])
-    leg_given = np.mean([given[..., chain].sum(axis=-1).mean() for chain in chains])
-    if not leg_wanted > 0:
-        raise ValueError("legs: they have no length in the skeleton")
-    bones[..., skeleton._order[0], :] *= leg_wanted / leg_given
-    scale = np.divide(wanted, given, out=np.zeros_like(given), where=(given > 0) & (wanted > 0))
+    target_leg = np.mean([target_lengths[chain].sum() for chain in chains])
+    leg = np.mean([lengths[..., chain].sum(axis=-1).mean() for chain in chains])
+    if not target_leg > 0:
+        raise ValueError("legs: the skeleton's legs have no length")
+    bones[..., skeleton._order[0], :] *= target_leg / leg
+    scale = np.divide(target_lengths, lengths, out=np.zeros_like(lengths), where=(lengths > 0) & (target_lengths > 0))
     bones[..., joints, :] *= scale[..., joints, np.newaxis]
     for j, parent in zip(joints, parents, strict=True):
         bones[..., j, :] += bones[..., parent, :]
@@ -83,12 +83,12 @@ def normalise_lengths(
 
 
 def _chain(skeleton: Skeleton, first: str, last: str) -> list[int]:
-    """Return the joints at whose bones one gets from joint `first` down to joint `last`."""
+    """Return the joints whose bones lead from joint `first` down to joint `last`."""
     top, joint = joint_named("legs", skeleton, first), joint_named("legs", skeleton, last)
     chain = []
     while joint not in (top, -1):
         chain.append(joint)
         joint = skeleton.parents[joint]
     if joint == -1:
-        raise ValueError(f"legs: {last} does not hang on {first}")
+        raise ValueError(f"legs: {last} is not below {first} in the skeleton")
     return chain

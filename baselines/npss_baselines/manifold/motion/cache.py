@@ -1,4 +1,4 @@
-"""A folder that keeps sets of prepared motion, so that they are prepared once."""
+"""A cache of prepared motion."""
 
 from __future__ import annotations
 
@@ -19,40 +19,40 @@ from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.motion.dataset import ClipInfo, MotionSet, motion_set_of
 from npss_baselines.manifold.motion.features import FPS
 
-#: Raised whenever the same files give other features, be it for how they are read: sets of other versions are not read.
+#: Raise it whenever the same files give other features: cached sets of other versions are ignored.
 VERSION = 1
 
 
 def cached(folder: Path, key: Any, make: Callable[[], MotionSet]) -> MotionSet:
-    """Return the set that a folder keeps under a key, or make it, and keep it.
+    """Return the set stored under a key, or make and store it.
 
     Parameters
     ----------
     folder : Path
-        Made if need be.
-    key : anything that json can write
-        What the set is made from. `VERSION` and the skeleton `JOINTS` are part of it anyway.
+        The cache, created if missing.
+    key : JSON value
+        What the set is made from. `VERSION`, the frame rate and the skeleton `JOINTS` are added to it.
     make : callable
-        What makes the set. Called if the folder does not have it, or the file is broken.
+        Makes the set if the cache does not have it or the file is broken.
     """
-    whole = json.dumps([VERSION, FPS, JOINTS.names, JOINTS.offsets.tolist(), key])
-    path = folder / f"motion-{hashlib.sha256(whole.encode()).hexdigest()[:32]}.npz"
+    full_key = json.dumps([VERSION, FPS, JOINTS.names, JOINTS.offsets.tolist(), key])
+    path = folder / f"motion-{hashlib.sha256(full_key.encode()).hexdigest()[:32]}.npz"
     with contextlib.suppress(FileNotFoundError, ValueError):
         return load(path)
-    made = make()
+    motion = make()
     with doing("making the cache"):
         folder.mkdir(parents=True, exist_ok=True)
-    save(path, made)
-    return made
+    save(path, motion)
+    return motion
 
 
 def save(path: Path, motion: MotionSet) -> None:
-    """Write a set to a file: all of it or nothing.
+    """Write a set to a file, atomically.
 
     Parameters
     ----------
     path : Path
-        A file, ``.npz``: the features of all clips, one below the other, and what the clips are as JSON.
+        An ``.npz`` file: the features of all clips, concatenated, and the clips' descriptions as JSON.
     motion : MotionSet
         The set.
     """
@@ -67,19 +67,19 @@ def load(path: Path) -> MotionSet:
     Parameters
     ----------
     path : Path
-        From `save`.
+        Written by `save`.
 
     Returns
     -------
     MotionSet
-        As it was.
+        The set that was saved.
 
     Raises
     ------
     FileNotFoundError
-        If there is no file.
+        If the file does not exist.
     ValueError
-        If it is another file, of another version, or broken: names it.
+        If it is not such a file, of another version, or broken. The message names it.
     """
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
@@ -89,20 +89,20 @@ def load(path: Path) -> MotionSet:
         clips = [ClipInfo(**clip) for clip in header["clips"]]
         _check(clips, rows)
     except (ValueError, TypeError, KeyError, AttributeError, EOFError, zipfile.BadZipFile) as error:
-        raise ValueError(f"{path}: not a set of prepared motion, or a broken one: {error}") from error
+        raise ValueError(f"{path}: not a valid set of prepared motion: {error}") from error
     ends = np.cumsum([clip.n_frames for clip in clips])
     return motion_set_of(clips, np.split(rows, ends[:-1]))
 
 
 def _check(clips: Sequence[ClipInfo], rows: npt.NDArray[Any]) -> None:
-    """Raise an error unless these are clips and the features of all their frames."""
+    """Check that the clips are valid and that the features are those of all their frames."""
     for clip in clips:
         if type(clip.n_frames) is not int or clip.n_frames < 1:
-            raise ValueError(f"clip {clip.name!r} of {clip.n_frames!r} frames")
+            raise ValueError(f"clip {clip.name!r} has {clip.n_frames!r} frames")
         if not all(isinstance(text, str) for text in (clip.name, clip.source, clip.subject, clip.description)):
-            raise ValueError(f"clip {clip.name!r} is not described in words")
+            raise ValueError(f"clip {clip.name!r}: expected strings as name, source, subject and description")
     n_frames = sum(clip.n_frames for clip in clips)
     if rows.dtype != np.float32 or rows.ndim != 2 or len(rows) != n_frames or 0 in rows.shape:
         raise ValueError(f"features of dtype {rows.dtype} and shape {rows.shape} for {n_frames} frames")
     if not np.isfinite(rows).all():
-        raise ValueError("features that are not finite")
+        raise ValueError("features must be finite")

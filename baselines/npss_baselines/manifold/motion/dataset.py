@@ -1,4 +1,4 @@
-"""A set of prepared motion: every clip at 30 frames per second, on one skeleton, as features and in windows."""
+"""Prepared motion: all clips at 30 frames per second, on one skeleton, as features and windows."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ Float32 = npt.NDArray[np.float32]
 
 @dataclass(frozen=True)
 class ClipInfo:
-    """What a prepared clip is; see `npss_baselines.data.motion.Clip`.
+    """The description of a prepared clip; see `npss_baselines.data.motion.Clip`.
 
     Attributes
     ----------
     name, source, subject, description : str
-        As of the clip.
+        Those of the clip.
     n_frames : int
-        At 30 frames per second.
+        Number of frames at 30 frames per second.
     """
 
     name: str
@@ -42,20 +42,20 @@ class ClipInfo:
 
 @dataclass(frozen=True, eq=False)
 class MotionSet:
-    """Motion that has been prepared.
+    """A set of prepared motion.
 
     Attributes
     ----------
     clips : tuple of ClipInfo
-        What there is.
+        The clips.
     features : tuple of (T_i, F) ndarray of float32
-        Of every clip, whole.
+        The features of each whole clip.
     windows : (n, 160, F) ndarray of float32
-        Those of `npss_baselines.manifold.motion.windows.windows_of`, clip after clip.
+        The windows of all clips in order; see `npss_baselines.manifold.motion.windows.windows_of`.
     mask : (n, 160) ndarray of bool
         False where a frame is padding.
     clip_of : (n,) ndarray of int
-        Which clip each window is of.
+        The index of each window's clip.
     """
 
     clips: tuple[ClipInfo, ...]
@@ -71,53 +71,53 @@ class MotionSet:
         sources: Collection[str] | None = None,
         exclude_subjects: Collection[str] = (),
     ) -> MotionSet:
-        """Return the part of the set that is of some subjects and sources: splits are by subject, never by window.
+        """Select clips by subject and source: splits are by subject, never by window.
 
         Parameters
         ----------
         subjects, sources : collection of str, optional
-            Whose and which clips stay; by default all.
+            Subjects and sources to keep (default: all).
         exclude_subjects : collection of str, optional
-            Whose do not, such as `npss_baselines.manifold.motion.split.held_out_subjects`. A clip whose subject is not
-            stated (``cmu-styles``) stays.
+            Subjects to remove, such as `npss_baselines.manifold.motion.split.held_out_subjects`. Clips of unknown
+            subjects (``cmu-styles``) stay.
 
         Raises
         ------
         TypeError
-            If one of them is a single name.
+            If an argument is a single name.
         ValueError
-            If no clip is left.
+            If no clip remains.
         """
-        wanted, named, excluded = (
-            None if names is None else set(each(what, names, "names", ordered=False))
-            for what, names in (
+        kept_subjects, kept_sources, excluded = (
+            None if names is None else set(each(argument, names, "names", ordered=False))
+            for argument, names in (
                 ("subjects", subjects),
                 ("sources", sources),
                 ("exclude_subjects", exclude_subjects),
             )
         )
-        stay = [
+        indices = [
             i
             for i, clip in enumerate(self.clips)
-            if (wanted is None or clip.subject in wanted)
-            and (named is None or clip.source in named)
+            if (kept_subjects is None or clip.subject in kept_subjects)
+            and (kept_sources is None or clip.source in kept_sources)
             and clip.subject not in (excluded or ())
         ]
-        if not stay:
+        if not indices:
             raise ValueError(
-                f"no clip is left of {len(self.clips)} by subjects {subjects}, sources {sources}, "
-                f"without {exclude_subjects}"
+                f"none of {len(self.clips)} clips matches: subjects {subjects}, sources {sources}, "
+                f"excluded subjects {exclude_subjects}"
             )
-        return motion_set_of([self.clips[i] for i in stay], [self.features[i] for i in stay])
+        return motion_set_of([self.clips[i] for i in indices], [self.features[i] for i in indices])
 
     def counts(self) -> dict[str, int]:
-        """Count what there is, for reports.
+        """Count clips, windows and frames, for reports.
 
         Returns
         -------
         dict of str to int
-            ``clips``; ``windows``, whole ones; ``padded``, clips too short for one, which are one padded window each;
-            ``frames`` at 30 frames per second; ``left_out``, those of them behind the last whole window of a clip.
+            ``clips``; ``windows``, the whole ones; ``padded``, one for each clip shorter than a window; ``frames`` at
+            30 frames per second; ``left_out``, the frames after the last whole window of each clip.
         """
         whole = self.mask.all(axis=1)
         frames = [clip.n_frames for clip in self.clips]
@@ -131,28 +131,29 @@ class MotionSet:
 
 
 def prepare(clips: Iterable[Clip], *, skeleton: Skeleton = JOINTS) -> MotionSet:
-    """Prepare clips: resample them, give them one skeleton, put them on the ground, and take features.
+    """Prepare clips: resample, normalise bone lengths, put on the ground, compute features.
 
     Parameters
     ----------
     clips : iterable of Clip
-        Read one after the other.
+        The clips, read one at a time.
     skeleton : npss.skeleton.Skeleton, optional
-        Whose bones all get.
+        The common skeleton.
 
     Returns
     -------
     MotionSet
-        In the unit of the skeleton: of `JOINTS`, heights.
+        The prepared motion, in the unit of the skeleton: for `JOINTS`, body heights.
 
     Raises
     ------
     ValueError
-        If there are no clips, two of a source have the same name, or one cannot be prepared: names it.
+        If there are no clips, two clips of a source have the same name, or a clip cannot be prepared. The message names
+        the clip.
 
     Notes
     -----
-    No source says how high the ground is, and some (`Source.y_up`) not which way is up: see `ground`.
+    No source states the height of the ground, and some (`Source.y_up`) do not state which way is up: see `ground`.
 
     Examples
     --------
@@ -177,12 +178,12 @@ def prepare(clips: Iterable[Clip], *, skeleton: Skeleton = JOINTS) -> MotionSet:
         features.append(rows)
         infos[clip.source, clip.name] = ClipInfo(clip.name, clip.source, clip.subject, clip.description, len(rows))
     if not features:
-        raise ValueError("clips: there are none")
+        raise ValueError("clips: expected at least one")
     return motion_set_of(infos.values(), features)
 
 
 def motion_set_of(clips: Iterable[ClipInfo], features: Sequence[Float32]) -> MotionSet:
-    """Return clips with their features ``(T, F)`` cut into windows."""
+    """Cut the features ``(T, F)`` of clips into windows, and return the set."""
     windows, masks = zip(*map(windows_of, features), strict=True)
     clip_of = np.repeat(np.arange(len(features)), [len(mask) for mask in masks])
     return MotionSet(tuple(clips), tuple(features), np.concatenate(windows), np.concatenate(masks), clip_of)

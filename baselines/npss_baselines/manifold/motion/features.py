@@ -1,4 +1,4 @@
-"""From positions of joints to what the manifold sees, and back: a figure in its own frame, and how that frame moves."""
+"""Features: joint positions in the character's frame, and the velocities of that frame."""
 
 from __future__ import annotations
 
@@ -11,46 +11,47 @@ from npss.skeleton import Skeleton
 from npss.validation import Array, Float64, check_finite, each, real_array
 from npss_baselines.manifold.motion.joints import first_frame, joint_named, positions_of
 
-#: Frames per second of all prepared motion.
+#: Frames per second of prepared motion.
 FPS = 30
-#: The pairs of joints, left and right, across which a figure faces ahead.
+#: Pairs of joints, left and right, that define the facing direction.
 ACROSS = (("LeftUpLeg", "RightUpLeg"), ("LeftArm", "RightArm"))
-#: The columns behind the positions: turn about y, velocity along x, velocity along z.
+#: Number of columns after the positions: turn about y, velocity along x, velocity along z.
 VELOCITIES = 3
 
-_LEVEL = 1e-6  # share of the distances across that must be level: with less there is no facing direction
+_LEVEL = 1e-6  # smallest horizontal share of the distances across that gives a facing direction
 
 
 def to_features(positions: npt.ArrayLike, skeleton: Skeleton, *, across: Sequence[tuple[str, str]] = ACROSS) -> Float64:
-    """Take a figure's place and direction out of its motion, and append how they change.
+    """Compute positions in the character's frame, and the velocities of that frame.
 
-    The figure faces along the ground, at right angles to the sum of the vectors from right to left that `across` names,
-    in each frame by itself: nothing is smoothed, so that features know nothing of the frames around. Hips and shoulders
-    turn against each other in a walk, and their sum hardly at all.
+    The facing direction is horizontal, perpendicular to the sum of the right-to-left vectors in `across`. It is
+    computed in each frame separately and not smoothed, so that features do not depend on neighbouring frames. In a
+    walk, hips and shoulders turn against each other, and their sum hardly turns at all.
 
     Parameters
     ----------
     positions : (..., T, J, 3) array_like
         Positions of the skeleton's joints, y up.
     skeleton : npss.skeleton.Skeleton
-        Whose joints they are.
+        The skeleton of the positions.
     across : sequence of (str, str), optional
         Pairs of joints, left and right.
 
     Returns
     -------
     (..., T, 3 J + 3) ndarray of float64
-        Positions with the root above the origin and the figure facing +z, its left to +x, joint by joint; then what
-        has happened since the frame before: the turn about y in radians, from -pi to pi and positive to the left, and
-        the displacement of the root, along x and z as the figure now faces. The first frame repeats the second's three.
+        Positions of all joints, with the root above the origin and the figure facing +z, its left to +x. Then the
+        changes since the previous frame: the turn about y in radians, from -pi to pi, positive to the left, and the
+        displacement of the root along x and z in the current character's frame. The first frame repeats those of the
+        second.
 
     Raises
     ------
     TypeError
-        If `positions` does not hold real numbers, or `across` is no sequence.
+        If `positions` does not hold real numbers, or `across` is not a sequence.
     ValueError
-        If the shape is another one, a position is not finite, there is no such joint, or in some frame, which is
-        named, the vectors across cancel or are vertical. A figure that lies on its side has no facing direction.
+        If the shape is wrong, a position is not finite, a joint does not exist, or the vectors across cancel or are
+        vertical in a frame, which the message names: a figure lying on its side has no facing direction.
 
     References
     ----------
@@ -83,29 +84,29 @@ def to_features(positions: npt.ArrayLike, skeleton: Skeleton, *, across: Sequenc
 
 
 def to_positions(features: npt.ArrayLike) -> Array:
-    """Put a figure back on its path: add up turns and displacements.
+    """Compute world positions: sum up turns and displacements.
 
     Parameters
     ----------
     features : (..., T, 3 J + 3) array_like
-        As of `to_features`.
+        Features from `to_features`.
 
     Returns
     -------
     (..., T, J, 3) ndarray
-        Positions; in the first frame the root is above the origin and the figure faces +z, whatever the velocities of
-        that frame. Computed in float64; float32 for float32, float64 for all else.
+        Positions. In the first frame the root is above the origin and the figure faces +z; the velocities of that frame
+        are ignored. Computed in float64, returned as float32 for float32 and as float64 otherwise.
 
     Raises
     ------
     TypeError
         If `features` does not hold real numbers.
     ValueError
-        If the shape is another one, or a value is not finite.
+        If the shape is wrong, or a value is not finite.
 
     Examples
     --------
-    A point that turns to its left and then goes ahead, to +x:
+    A point that turns left and then moves ahead, to +x:
 
     >>> import numpy as np
     >>> to_positions([[0, 7, 0, 0, 0, 0], [0, 7, 0, np.pi / 2, 0, 2]]).round(9)[:, 0].tolist()
@@ -123,17 +124,17 @@ def to_positions(features: npt.ArrayLike) -> Array:
 
 
 def local_positions(features: npt.ArrayLike) -> Array:
-    """Return the positions that features hold, without their path.
+    """Return the positions in the character's frame.
 
     Parameters
     ----------
     features : (..., T, 3 J + 3) array_like
-        As of `to_features`.
+        Features from `to_features`.
 
     Returns
     -------
     (..., T, J, 3) ndarray
-        Positions with the root above the origin, the figure facing +z: a view where possible.
+        Positions with the root above the origin and the figure facing +z; a view where possible.
 
     Raises
     ------
@@ -150,19 +151,19 @@ def local_positions(features: npt.ArrayLike) -> Array:
 
 
 def _facing(positions: Float64, skeleton: Skeleton, pairs: Sequence[tuple[str, str]]) -> Float64:
-    """Return the angle about y, to the left positive, by which the figure is turned from +z: ``(..., T)``."""
+    """Return the facing direction ``(..., T)``: the angle from +z about y, positive to the left."""
     if not pairs:
-        raise ValueError("across: no pair of joints")
+        raise ValueError("across: expected at least one pair of joints")
     vectors = [
         positions[..., joint_named("across", skeleton, left), :]
         - positions[..., joint_named("across", skeleton, right), :]
         for left, right in pairs
     ]
     across = np.sum(vectors, axis=0)  # (..., T, 3)
-    lost = np.hypot(across[..., 0], across[..., 2]) <= _LEVEL * np.linalg.norm(vectors, axis=-1).sum(axis=0)
-    if lost.any():
+    undefined = np.hypot(across[..., 0], across[..., 2]) <= _LEVEL * np.linalg.norm(vectors, axis=-1).sum(axis=0)
+    if undefined.any():
         raise ValueError(
-            f"positions: no facing direction at frame {first_frame(lost)}: seen from above, the vectors of across, "
+            f"positions: no facing direction at frame {first_frame(undefined)}: seen from above, the vectors across, "
             f"{', '.join(f'{right} to {left}' for left, right in pairs)}, cancel or vanish"
         )
     facing: Float64 = np.arctan2(-across[..., 2], across[..., 0])  # across x up
@@ -170,14 +171,14 @@ def _facing(positions: Float64, skeleton: Skeleton, pairs: Sequence[tuple[str, s
 
 
 def _turned(vectors: Float64, angle: Float64) -> Float64:
-    """Turn vectors ``(..., 3)`` about y, from z to x, by angles ``(...)`` in radians."""
+    """Rotate vectors ``(..., 3)`` about y, from z to x, by angles ``(...)`` in radians."""
     sin, cos = np.sin(angle), np.cos(angle)
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack([cos * x + sin * z, y, cos * z - sin * x], axis=-1)
 
 
 def _wrapped(angle: Float64) -> Float64:
-    """Return the same directions as angles from -pi, not included, to pi."""
+    """Return equivalent angles in (-pi, pi]."""
     return np.pi - (np.pi - angle) % (2 * np.pi)
 
 

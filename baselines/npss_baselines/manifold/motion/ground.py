@@ -1,4 +1,4 @@
-"""Motion on the ground: which way is up where a source does not say it, and how high the ground is."""
+"""Put motion on the ground: estimate the up direction, where a source does not state it, and the ground height."""
 
 from __future__ import annotations
 
@@ -8,39 +8,39 @@ from npss.skeleton import Skeleton
 from npss.validation import Float64
 from npss_baselines.manifold.motion.features import FPS
 
-#: Joints of the feet: ankle and ball of either; the balls are what touches the ground.
+#: Ankles and balls of the feet; the balls touch the ground.
 ANKLES, BALLS = ("LeftFoot", "RightFoot"), ("LeftToeBase", "RightToeBase")
-#: A ball of the foot is on the ground while it moves by less than this, in heights per second ...
+#: A ball of the foot is on the ground while it is slower than this, in body heights per second ...
 STILL = 0.06
-#: ... and the hips are as high above it as this share of what they were in the first frame.
+#: ... and the hips are higher above it than this share of their height in the first frame.
 STANDING = 0.9
-#: How far what touches the ground is from a plane, in heights: beyond it, a point counts less and less.
+#: Deviation of ground contacts from a plane, in body heights: the weight of a point drops beyond it.
 UNEVEN = 0.006
-#: How much the first frame counts against the ground: as much as feet that are spread by this, in heights.
+#: Weight of the first frame against the ground: that of feet spread by this, in body heights.
 TRUST = 0.12
-#: The lowest joint is below the ground in this share of the frames: feet touch it, and a slip counts little.
+#: Share of the frames in which the lowest joint is below the ground: feet touch it, and outliers count little.
 BELOW_GROUND = 0.05
 
 
 def level(positions: Float64, skeleton: Skeleton) -> Float64:
-    """Turn motion so that y is up, where it is only known that it begins standing.
+    """Rotate motion so that y is up, given only that it begins standing.
 
-    Human3.6M's files hold how the root turns from frame to frame, not how it was turned at first: their paths begin
-    with the pelvis upright, and climb or fall by as much as it was tilted, 20 degrees with one subject. Up is from the
-    middle of the feet to the neck in the first frame; or, the more the further motion goes, at right angles to the
-    plane that the balls of the feet touch (least squares, iteratively re-weighted, the first frame being a prior).
+    Human3.6M's files state how the root turns from frame to frame, not its first orientation: paths begin with the
+    pelvis upright, and climb or fall by its tilt, up to 20 degrees for one subject. In the first frame, up is from the
+    middle of the feet to the neck. The farther motion travels, the more up is the normal of the plane that the balls of
+    the feet touch (iteratively re-weighted least squares, with the first frame as prior).
 
     Parameters
     ----------
     positions : (T, J, 3) ndarray of float64
-        In heights, at 30 frames per second, up to about 45 degrees from where up is y.
+        Positions in body heights, at 30 frames per second, tilted by up to about 45 degrees.
     skeleton : npss.skeleton.Skeleton
         With the names of the joints of `npss_baselines.data.motion.JOINTS`.
 
     Returns
     -------
     (T, J, 3) ndarray of float64
-        Turned about the origin, by the least angle that does it.
+        Positions rotated about the origin by the smallest such angle.
     """
     j = skeleton.names.index
     balls = positions[:, [j(name) for name in BALLS]]  # (T, 2, 3)
@@ -65,7 +65,7 @@ def level(positions: Float64, skeleton: Skeleton) -> Float64:
 
 
 def on_ground(positions: Float64) -> Float64:
-    """Move motion ``(T, J, 3)`` up or down so that it is below y = 0 in `BELOW_GROUND` of the frames."""
+    """Shift motion ``(T, J, 3)`` so that its lowest joint is below y = 0 in `BELOW_GROUND` of the frames."""
     moved: Float64 = positions.copy()
     moved[..., 1] -= np.quantile(positions[..., 1].min(axis=-1), BELOW_GROUND)
     return moved
@@ -77,7 +77,7 @@ def _unit(vector: Float64) -> Float64:
 
 
 def _to_y(up: Float64) -> Float64:
-    """Return the rotation matrix, of the least angle, that takes a unit vector to y."""
+    """Return the rotation matrix of smallest angle that takes a unit vector to y."""
     x, y, z = up
     axis = np.array([[0, -x, 0], [x, 0, z], [0, -z, 0]])  # the cross product with up x y
     matrix: Float64 = np.eye(3) + axis + axis @ axis / (1 + y)

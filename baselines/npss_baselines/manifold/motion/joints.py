@@ -1,4 +1,4 @@
-"""Positions of a skeleton's joints as arguments: what they are, by what name, and where something is wrong."""
+"""Checks of joint positions and joint names, for error messages."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ def positions_of(positions: npt.ArrayLike, skeleton: Skeleton) -> Float64:
 
 
 def joint_named(name: str, skeleton: Skeleton, joint: str) -> int:
-    """Return the index of a joint; `name` is that of the argument, for the error if there is none."""
+    """Return the index of a joint; `name` is the argument's, for the error message."""
     if joint not in skeleton.names:
-        raise ValueError(f"{name}: the skeleton has no joint {joint!r}; name pairs of those that it has")
+        raise ValueError(f"{name}: the skeleton has no joint {joint!r}; it has {', '.join(skeleton.names)}")
     return skeleton.names.index(joint)
 
 
 def first_frame(where: npt.NDArray[np.bool_]) -> int | tuple[int, ...]:
-    """Return the index of the first frame that is true; of a single motion, its number."""
+    """Return the index of the first true frame; for a single motion, as a number."""
     index = tuple(int(i) for i in np.argwhere(where)[0])
     return index[0] if len(index) == 1 else index

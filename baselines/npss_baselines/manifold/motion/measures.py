@@ -1,4 +1,4 @@
-"""What is measured of motion: error, lengths of bones, feet that slide, and NPSS."""
+"""Measures of motion: joint error, bone error, foot speed, and NPSS."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from npss.validation import Array, Float64
 
 Mask = npt.NDArray[np.bool_]
 
-#: Where a foot counts as being on the ground: less than this many heights above the lowest place of any in that motion.
+#: A foot is on the ground while it is lower than this, in body heights above the motion's lowest foot position.
 NEAR = 0.03
 FEET = ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")
 
 
 def joint_error(gt: Array, pred: Array, mask: Mask) -> float:
-    """Compute how far joints are from where they ought to be.
+    """Compute the joint error: the mean distance of joints from the ground truth.
 
     Parameters
     ----------
     gt, pred : (n, T, J, 3) ndarray
-        Positions, in heights.
+        Positions in body heights.
     mask : (n, T) ndarray of bool
-        Which frames count.
+        Frames that count.
 
     Returns
     -------
     float
-        The mean distance over joints and frames, in heights.
+        The distance averaged over joints and frames, in body heights.
 
     Raises
     ------
     ValueError
-        If the shapes do not fit, or no frame counts.
+        If the shapes do not match, or no frame counts.
 
     Examples
     --------
@@ -48,26 +48,26 @@ def joint_error(gt: Array, pred: Array, mask: Mask) -> float:
 
 
 def bone_error(positions: Array, skeleton: Skeleton, mask: Mask) -> float:
-    r"""Compute how far the lengths of bones are from those of the skeleton: 0 for whatever a body can do.
+    r"""Compute the relative error of bone lengths: 0 for every possible pose.
 
     Parameters
     ----------
     positions : (n, T, J, 3) ndarray
-        In the unit of the skeleton.
+        Positions in the unit of the skeleton.
     skeleton : npss.skeleton.Skeleton
-        Whose bones they are.
+        The reference.
     mask : (n, T) ndarray of bool
-        Which frames count.
+        Frames that count.
 
     Returns
     -------
     float
-        The mean over bones and frames of \|length - skeleton's\| / skeleton's.
+        \|length - reference\| / reference, averaged over bones and frames.
 
     Raises
     ------
     ValueError
-        If the shapes do not fit, or no frame counts.
+        If the shapes do not match, or no frame counts.
 
     Examples
     --------
@@ -84,35 +84,34 @@ def bone_error(positions: Array, skeleton: Skeleton, mask: Mask) -> float:
 
 
 def foot_speed(positions: Array, skeleton: Skeleton, mask: Mask, *, fps: float) -> float:
-    """Compute how fast feet slide that are on the ground, where they should stand.
+    """Compute the horizontal speed of feet on the ground, where they should stand still.
 
-    A foot (`FEET`: ankles and balls of the feet) is on the ground while it is less than `NEAR` heights above the lowest
-    place that any of them has in that motion.
+    A foot (`FEET`: ankles and balls of the feet) is on the ground while it is less than `NEAR` body heights above the
+    lowest position of any foot in the motion.
 
     Parameters
     ----------
     positions : (n, T, J, 3) ndarray
-        In heights, y up, path in the world included.
+        World positions in body heights, y up.
     skeleton : npss.skeleton.Skeleton
-        Whose joints they are.
+        The skeleton of the positions.
     mask : (n, T) ndarray of bool
-        Which frames count.
+        Frames that count.
     fps : float
         Frames per second.
 
     Returns
     -------
     float
-        The mean horizontal speed of feet while they are on the ground, in heights per second. NaN if none ever is,
-        from one frame to the next.
+        The average speed, in body heights per second. NaN if no foot is on the ground in two successive frames.
 
     Raises
     ------
     ValueError
-        If the skeleton has no such joints, the shapes do not fit, or no frame counts.
+        If the skeleton lacks these joints, the shapes do not fit, or no frame counts.
     """
     if absent := set(FEET) - set(skeleton.names):
-        raise ValueError(f"skeleton: it lacks {', '.join(sorted(absent))}")
+        raise ValueError(f"skeleton: missing joints {', '.join(sorted(absent))}")
     _counted(positions, mask)
     feet = positions[:, :, [skeleton.names.index(foot) for foot in FEET]]  # (n, T, feet, 3)
     height = np.where(mask[:, :, np.newaxis], feet[..., 1], np.inf)
@@ -123,19 +122,19 @@ def foot_speed(positions: Array, skeleton: Skeleton, mask: Mask, *, fps: float) 
 
 
 def power_error(gt: Array, pred: Array, mask: Mask) -> float:
-    """Score windows by NPSS, convention ``paper``, on positions: sequences of windows, features of coordinates.
+    """Score positions by NPSS, convention ``paper``: each window is a sequence, each coordinate a feature.
 
     Parameters
     ----------
     gt, pred : (n, T, J, 3) ndarray
         Positions in the character's frame.
     mask : (n, T) ndarray of bool
-        Windows of which a frame does not count are left out: a spectrum needs all of them.
+        Frames that count. Windows with frames that do not are left out: a spectrum needs all frames.
 
     Returns
     -------
     float
-        NPSS, which `power_signature` states; NaN if no window is whole.
+        NPSS; NaN if no window is whole.
     """
     whole = mask.all(axis=1)
     if not whole.any():

@@ -1,4 +1,4 @@
-"""All motion that a user has, read and prepared; or generated motion."""
+"""Read and prepare motion from all given sources."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ Root = str | os.PathLike[str]
 def motion_set(
     folders: Mapping[str, Root] | None = None, *, cache: Root | None = None, quick: bool = False
 ) -> MotionSet:
-    """Read and prepare all that a user has, or generate motion where that is nothing.
+    """Read and prepare motion from folders; without any, generate it.
 
     Parameters
     ----------
     folders : mapping of str to path, optional
-        Those of sources, by their names in `npss_baselines.data.SOURCES`. Without any, walks are generated.
+        Folders by source name in `npss_baselines.data.SOURCES`. Without any, walks are generated.
     cache : path, optional
-        A folder, made if need be, that keeps prepared sets. A set is read from there as long as the names, sizes and
-        times of all files that it was made from are the same; a file there that is broken is written anew.
+        A folder for prepared sets, created if missing. A cached set is used while the names, sizes and modification
+        times of all its files are unchanged. A broken cache file is replaced.
     quick : bool, optional
-        Read a small part, to try things: what that is, each source says.
+        Read the small part that each source defines, to try things out.
 
     Returns
     -------
     MotionSet
-        By source in the order of the registry, each in its own order.
+        The clips by source, in the order of the registry.
 
     Raises
     ------
     FileNotFoundError, ValueError
-        As the sources; or as `prepare`; or if there is no such source.
+        As raised by the sources and by `prepare`, or if a source does not exist.
     """
-    named = dict(folders or {})
-    for name in named:
+    paths = dict(folders or {})
+    for name in paths:
         one_of("folders", name, tuple(SOURCES))
-    roots = {name: Path(named[name]) for name in SOURCES if name in named}
+    roots = {name: Path(paths[name]) for name in SOURCES if name in paths}
 
     def make() -> MotionSet:
         return prepare(_clips(roots, None if cache is None else Path(cache), quick))
@@ -56,7 +56,7 @@ def motion_set(
 
 
 def _clips(roots: Mapping[str, Path], cache: Path | None, quick: bool) -> Iterator[Clip]:
-    """Read the clips of some sources, and say how far it is."""
+    """Read the clips of sources, and show progress."""
     if not roots:
         yield from SOURCES["synthetic"].clips(Path(), quick=quick)
     for name, root in roots.items():
@@ -65,6 +65,6 @@ def _clips(roots: Mapping[str, Path], cache: Path | None, quick: bool) -> Iterat
 
 
 def _stamps(root: Path) -> list[tuple[str, int, int]]:
-    """Return name, size and time of change of all files below a folder, in the order of names."""
+    """Return name, size and modification time of all files below a folder, sorted by name."""
     files = sorted(path for path in root.rglob("*") if path.is_file())
     return [(path.relative_to(root).as_posix(), (stat := path.stat()).st_size, stat.st_mtime_ns) for path in files]

@@ -1,4 +1,4 @@
-"""How networks see features: without their mean pose, and to a scale."""
+"""Scale features for networks: subtract the mean pose, divide by a scale."""
 
 from __future__ import annotations
 
@@ -9,38 +9,38 @@ import numpy.typing as npt
 
 from npss.validation import Array, Float64, one_of
 
-#: What is of one scale: nothing is scaled, as in the paper; all features have one number; the positions have one, and
-#: each of the three velocities; each feature has its own.
+#: Features that share a scale: none are scaled, as in the paper; all features; the positions, with a scale for each
+#: velocity; each feature alone.
 SCALES = ("none", "global", "kind", "feature")
-_VELOCITIES = 3  # the last features of a frame: about Y, and along X and Z
+_VELOCITIES = 3  # the last features of a frame: about y, along x and along z
 
 
 @dataclass(frozen=True, eq=False)
 class Scaling:
-    """Mean and scale of features, which are float64.
+    """Mean and scale of features, in float64.
 
     Attributes
     ----------
     mean, scale : (F,) ndarray
-        What is subtracted, and what then is divided by.
+        Subtracted from features; then they are divided by the scale.
     """
 
     mean: Float64
     scale: Float64
 
     def normalize(self, features: npt.ArrayLike) -> Array:
-        """Return features (..., F) as networks see them, float64."""
+        """Scale features (..., F) for networks, in float64."""
         normalized: Array = (np.asarray(features) - self.mean) / self.scale
         return normalized
 
     def unnormalize(self, values: npt.ArrayLike) -> Array:
-        """Return features (..., F) as they are, float64."""
+        """Undo the scaling of features (..., F), in float64."""
         features: Array = np.asarray(values) * self.scale + self.mean
         return features
 
 
 def fit_scaling(windows: npt.ArrayLike, mask: npt.ArrayLike, scale: str, size: float = 1.0) -> Scaling:
-    """Compute the statistics of all frames that are not masked.
+    """Compute the mean and scale of all frames in the mask.
 
     Parameters
     ----------
@@ -49,15 +49,15 @@ def fit_scaling(windows: npt.ArrayLike, mask: npt.ArrayLike, scale: str, size: f
     mask : (n, T) array_like of bool
         False where a window is padded.
     scale : {'none', 'global', 'kind', 'feature'}
-        What the standard deviation is taken over: the root mean square of the deviations from the mean pose, of all
-        features, of the positions and of each velocity, or of each feature. One that does not vary counts as 1.
+        Features that share a standard deviation, the root mean square of deviations from the mean pose: all features,
+        the positions (each velocity has its own), or each feature alone. A zero deviation is replaced by 1.
     size : float, optional
-        What the standard deviation becomes, or by what features are multiplied if nothing is scaled.
+        Standard deviation of the scaled features, or the factor they are multiplied by for ``'none'``.
 
     Raises
     ------
     ValueError
-        If there is no such scale, or no frame.
+        If the scale is unknown, or there are no frames.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def fit_scaling(windows: npt.ArrayLike, mask: npt.ArrayLike, scale: str, size: f
     one_of("scale", scale, SCALES)
     frames = np.asarray(windows)[np.asarray(mask)].astype(np.float64)  # (N, F)
     if not len(frames):
-        raise ValueError("windows: there is no frame to take the mean pose of")
+        raise ValueError("windows: no frames to compute the mean pose from")
     mean = frames.mean(axis=0)
     power = frames.var(axis=0)
     if scale == "none":

@@ -1,4 +1,4 @@
-"""Who is trained on, who chooses, and who is held out: by subject, never by window."""
+"""Split motion into training, validation and test sets by subject, never by window."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from npss_baselines.manifold.motion.dataset import MotionSet
 
 
 class Split(NamedTuple):
-    """A set in parts."""
+    """The three sets."""
 
     training: MotionSet
     validation: MotionSet
@@ -17,44 +17,44 @@ class Split(NamedTuple):
 
 
 def split(motion: MotionSet) -> Split:
-    """Divide a set by subject: what is trained on, what weights are chosen by, and what is tested on, if there is any.
+    """Split a set by subject into training, validation and, if present, test set.
 
     Parameters
     ----------
     motion : MotionSet
-        All of it. Clips whose subject is not stated are trained on.
+        The whole set. Clips of unknown subjects are in the training set.
 
     Raises
     ------
     ValueError
-        If there are fewer than two subjects that are not tested on.
+        If there are fewer than two subjects besides the held-out ones.
     """
     subjects, held_out = subjects_of(motion), held_out_subjects()
     tested = [subject for subject in subjects if subject in held_out]
     others = [subject for subject in subjects if subject not in held_out]
     if len(others) < 2:
         raise ValueError(
-            f"there is motion of {', '.join(subjects) or 'nobody'}; without those who are tested on, "
-            f"{', '.join(held_out)}, training needs two: one to train on, and one to choose weights by"
+            f"training needs two subjects, one to train on and one to validate on, besides the held-out subjects "
+            f"{', '.join(held_out)}; the motion has {', '.join(subjects) or 'none'}"
         )
-    chosen_by = [subject for subject in others if subject in validation_subjects()] or others[-1:]
+    validated = [subject for subject in others if subject in validation_subjects()] or others[-1:]
     return Split(
-        motion.only(exclude_subjects=[*tested, *chosen_by]),
-        motion.only(subjects=chosen_by),
+        motion.only(exclude_subjects=[*tested, *validated]),
+        motion.only(subjects=validated),
         motion.only(subjects=tested) if tested else None,
     )
 
 
 def subjects_of(motion: MotionSet) -> list[str]:
-    """Return who moves, without those that are not named."""
+    """Return the known subjects."""
     return sorted({clip.subject for clip in motion.clips} - {""})
 
 
 def held_out_subjects() -> list[str]:
-    """Return the subjects of all sources that are held out: nothing is trained on them."""
+    """Return the held-out subjects of all sources, on whom nothing is trained."""
     return [source.subject(subject) for source in SOURCES.values() for subject in source.test_subjects]
 
 
 def validation_subjects() -> list[str]:
-    """Return the subjects of all sources by whom weights are chosen; a set with none of them takes its last subject."""
+    """Return the validation subjects of all sources; a set with none of them validates on its last subject."""
     return [source.subject(subject) for source in SOURCES.values() for subject in source.validation_subjects]

@@ -1,4 +1,4 @@
-"""Windows as the manifold sees them: 160 frames, each beginning 80 after the one before."""
+"""Cut clips into windows of 160 frames, one every 80 frames."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from npss.validation import Array, positive_integer, real_array
 
-#: Frames of a window, and from the beginning of one to that of the next.
+#: Frames in a window, and from one window's start to the next.
 WINDOW, STEP = 160, 80
 
 
@@ -16,29 +16,29 @@ def windows_of(
 ) -> tuple[Array, npt.NDArray[np.bool_]]:
     """Cut a clip into overlapping windows.
 
-    A clip that is shorter than a window is one window: mirrored at its last frame, and at its first again, until it is
-    full. Velocities are mirrored like the rest, so that a figure walks on ahead while its steps are played backwards.
+    A clip shorter than a window is padded to one window by mirroring: at its last frame, then at its first, and so on.
+    Velocities are mirrored like the rest, so that a figure walks on while its steps are played backwards.
 
     Parameters
     ----------
     features : (T, F) array_like
-        A clip.
+        The clip.
     window, step : int, optional
-        Frames of a window, and from the beginning of one to that of the next.
+        Frames in a window, and from one window's start to the next.
 
     Returns
     -------
     windows : (n, window, F) ndarray
-        Those that fit; `left_out` tells how many frames behind the last are in none.
+        All whole windows; `left_out` counts the frames after the last.
     mask : (n, window) ndarray of bool
         False where a frame is padding.
 
     Raises
     ------
     TypeError
-        If `features` does not hold real numbers, or a number is no integer.
+        If `features` does not hold real numbers, or a number is not an integer.
     ValueError
-        If the shape is another one, there are no frames, or a number is not positive.
+        If the shape is wrong, there are no frames, or a number is not positive.
 
     Examples
     --------
@@ -60,14 +60,14 @@ def windows_of(
 
 
 def left_out(n_frames: int, *, window: int = WINDOW, step: int = STEP) -> int:
-    """Return how many frames of a clip are in none of its windows, those behind the last.
+    """Count the frames of a clip after its last window.
 
     Parameters
     ----------
     n_frames : int
-        Of the clip.
+        Frames of the clip.
     window, step : int, optional
-        As for `windows_of`; a step is no longer than a window.
+        As for `windows_of`; the step is at most a window.
 
     Examples
     --------

@@ -1,1 +1,1 @@
-"""Pictures of what a manifold does."""
+"""Figures of the applications of a manifold."""

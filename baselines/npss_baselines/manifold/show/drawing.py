@@ -1,4 +1,4 @@
-"""Pictures of motion on the manifold and off it: rows of stick figures along time, and bars."""
+"""Drawing: rows of stick figures over time, and bar charts."""
 
 from __future__ import annotations
 
@@ -16,47 +16,47 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COLOUR = {"left": COLOURS[0], "right": COLOURS[1], "centre": TRUTH}
-_AZIMUTH = np.radians(-55)  # from where it is seen; 0 is from the front
-_WIDTH, _HEIGHT = 8.0, 0.65  # inches: of the figure, and of a height
-_ROW, _BELOW = 1.55, 0.2  # heights: from row to row, and below the ground
-_NAME = 2.0  # heights at the left, for the row's name
+_AZIMUTH = np.radians(-55)  # of the view; 0 is from the front
+_WIDTH, _HEIGHT = 8.0, 0.65  # inches: of the figure, and of a body height
+_ROW, _BELOW = 1.55, 0.2  # body heights: from row to row, and below the ground
+_NAME = 2.0  # body heights at the left, for the row's name
 
 
 @by_defaults
 def strips(
     motions: Mapping[str, Array], *notes: str, skeleton: Skeleton = JOINTS, n_figures: int = 12, fps: float = 30
 ) -> Figure:
-    """Draw stick figures from left to right as time goes on, a row a motion.
+    """Draw each motion as a row of stick figures over time.
 
     Parameters
     ----------
     motions : mapping of str to (T, J, 3) ndarray
-        Positions in the character's frame, in heights, y up, by the name of the row. They may differ in T.
+        Positions in the character's frame, in body heights, y up, by row name. T may differ.
     *notes : str
-        Lines below the picture: what it shows.
+        Lines of the caption.
     skeleton : npss.skeleton.Skeleton, optional
-        Which joints the bones connect.
+        The skeleton of the motions.
     n_figures : int, optional
-        Figures in a row, evenly spread from the first frame to the last.
+        Stick figures in a row, evenly spread from the first frame to the last.
     fps : float, optional
         Frames per second.
 
     Returns
     -------
     matplotlib.figure.Figure
-        With one axes, and a collection of lines for each row in it.
+        A figure with one axes, which has a collection of lines for each row.
 
     Raises
     ------
     ImportError
-        Without matplotlib.
+        If matplotlib is not installed.
     """
     figure = new_figure(_WIDTH, _HEIGHT * (_ROW * len(motions) + _BELOW) + 0.14 * (len(notes) + 2))
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Rectangle
 
     axes = figure.subplots()
-    space = (_WIDTH / _HEIGHT - _NAME) / n_figures  # between figures, in heights
+    space = (_WIDTH / _HEIGHT - _NAME) / n_figures  # between figures, in body heights
     places = space * (np.arange(n_figures) + 0.5)
     bones = np.array(skeleton.bones)
     colours = np.array([_COLOUR[skeleton.sides[child]] for child, _ in bones])
@@ -68,12 +68,12 @@ def strips(
         across = np.cos(_AZIMUTH) * x - np.sin(_AZIMUTH) * z
         near = np.sin(_AZIMUTH) * x + np.cos(_AZIMUTH) * z
         drawn = np.stack([across + places[:, np.newaxis], up + ground], axis=-1)[:, bones]  # (figures, bones, 2, 2)
-        order = np.argsort(near[:, bones].mean(axis=2), axis=1, kind="stable")  # what is near last
+        order = np.argsort(near[:, bones].mean(axis=2), axis=1, kind="stable")  # near bones last
         lines = np.take_along_axis(drawn, order[..., np.newaxis, np.newaxis], axis=1).reshape(-1, 2, 2)
         figures = LineCollection(list(lines), colors=colours[order].ravel(), linewidths=1.1, capstyle="round")
         axes.add_collection(figures)
         band = Rectangle((0, ground - _BELOW), space * n_figures, _ROW + _BELOW, transform=axes.transData)
-        figures.set_clip_path(band)  # what is thrown about stays in its row
+        figures.set_clip_path(band)  # keep invalid poses inside the row
         axes.plot([0, space * n_figures], [ground, ground], color="#DDDDDD", linewidth=0.6, zorder=0)
         axes.text(-_NAME, ground + 0.5, label(name).replace(", ", ",\n"), fontsize=SMALL, va="center")
         if not same_length or row == len(motions) - 1:
@@ -91,21 +91,21 @@ def strips(
 
 @by_defaults
 def bars(values: Mapping[str, Mapping[str, float]], what: str, *notes: str) -> Figure:
-    """Draw bars: a group for each outer name, a bar in it for each inner one, the value beside it.
+    """Draw groups of horizontal bars, labelled by value.
 
     Parameters
     ----------
     values : mapping of str to mapping of str to float
-        By group, then by bar; each group has the same bars.
+        Values by group, then by bar; each group has the same bars.
     what : str
-        What the values are, for the axis.
+        Label of the value axis.
     *notes : str
-        Lines below the picture.
+        Lines of the caption.
 
     Raises
     ------
     ImportError
-        Without matplotlib.
+        If matplotlib is not installed.
     """
     groups, names = list(values), list(next(iter(values.values())))
     figure = new_figure(_WIDTH, 0.8 + 0.17 * len(groups) * (len(names) + 1) + 0.12 * len(notes))

@@ -1,4 +1,4 @@
-"""A figure of every application."""
+"""Figures of all applications."""
 
 from __future__ import annotations
 
@@ -23,36 +23,38 @@ from npss_baselines.manifold.show import drawing
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Hidden units that are drawn.
+#: Number of hidden units to draw.
 DRAWN = 8
-#: Jumping jacks and squats: what is interpolated with a walk.
+#: The clip to interpolate with a walk: jumping jacks and squats.
 PAIR = "13_30"
 
 
 def clip_named(motions: MotionSet, name: str) -> int:
-    """Return the index of a clip, called by its name, or by source and name, ``cmu/02_01``.
+    """Return the index of a clip by name, or by source and name: ``cmu/02_01``.
 
     Raises
     ------
     ValueError
-        If there is none of that name, or several.
+        If no clip or several clips have the name.
     """
-    found = [i for i, clip in enumerate(motions.clips) if name in (clip.name, f"{clip.source}/{clip.name}")]
-    if len(found) != 1:
-        some = ", ".join(clip.name for clip in motions.clips[:5])
-        raise ValueError(f"CLIP: {len(found)} of {len(motions.clips)} clips are called {name!r}; the first are {some}")
-    return found[0]
+    indices = [i for i, clip in enumerate(motions.clips) if name in (clip.name, f"{clip.source}/{clip.name}")]
+    if len(indices) != 1:
+        examples = ", ".join(clip.name for clip in motions.clips[:5])
+        raise ValueError(
+            f"CLIP: {len(indices)} of {len(motions.clips)} clips have the name {name!r}; the first clips are {examples}"
+        )
+    return indices[0]
 
 
 def window_of(motions: MotionSet, clip: str | None) -> int:
-    """Return the index of the first window of a clip; by default, of the first whole window."""
+    """Return the index of a clip's first window (default: the first whole window of all)."""
     if clip is None:
         return int(motions.mask.all(axis=1).argmax())
     return int(np.flatnonzero(motions.clip_of == clip_named(motions, clip))[0])
 
 
 def restoration(testbed: Testbed, application: str, *, clip: str | None = None) -> Figure:
-    """Draw a held-out window: as it was, what was left of it, and what methods make of that."""
+    """Draw a held-out window: original, corrupted, and restored by each method."""
     window = window_of(testbed.test, clip)
     left = testbed.corrupted(application)
     window_left = Corrupted(left.features[[window]], left.known[[window]])
@@ -74,7 +76,7 @@ def restoration(testbed: Testbed, application: str, *, clip: str | None = None) 
 
 
 def interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> Figure:
-    """Draw two motions, and what is between them."""
+    """Draw two motions and their interpolations."""
     motions = testbed.motions
     chosen = _pair(motions) if clips is None else clips
     first, second = (first_window(motions, clip) for clip in chosen)
@@ -85,13 +87,13 @@ def interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> Figur
     rows[motions.clips[chosen[1]].name] = second
     return drawing.strips(
         {name: local_positions(motion[0]) for name, motion in rows.items()},
-        "numbers are shares of the second",
+        "numbers are shares of the second motion",
         *(_caption(motions, clip) for clip in chosen),
     )
 
 
 def samples(testbed: Testbed) -> Figure:
-    """Draw samples, a row for each manner of drawing codes."""
+    """Draw a sample of each prior."""
     windows = testbed.training.windows
     rows = {"real": windows[window_of(testbed.training, None)]}
     for name, projector in testbed.projectors().items():
@@ -101,13 +103,13 @@ def samples(testbed: Testbed) -> Figure:
             rows[f"{name}, {prior}"] = projector.decode(drawn, windows.shape[1])[0]
     return drawing.strips(
         {name: local_positions(motion) for name, motion in rows.items()},
-        "uniform: each unit at each step from [-1, 1]; range: between its least and its greatest value; values: "
-        "from the values that it takes",
+        "uniform: each unit at each step from [-1, 1]; range: between the unit's minimum and maximum; values: from "
+        "the unit's values in real motion",
     )
 
 
 def filters(testbed: Testbed, units: Sequence[int] | None = None) -> Figure:
-    """Draw what the first manifold makes of single hidden units: by default of those that vary most."""
+    """Draw the motions of single hidden units of the first manifold (default: the units that vary most)."""
     name, manifold = next(iter(testbed.manifolds.items()))
     codes = manifold.encode(testbed.training.windows)
     if units is None:
@@ -116,7 +118,7 @@ def filters(testbed: Testbed, units: Sequence[int] | None = None) -> Figure:
     rows = {f"unit {unit}": filter_motion(manifold, codes.shape[1:], unit, n_frames) for unit in units}
     return drawing.strips(
         {name: local_positions(motion) for name, motion in rows.items()},
-        f"{name}: what a single hidden unit at one step adds to the motion of a code of zeros, enlarged",
+        f"{name}: enlarged effect of a single hidden unit at one step on the motion of the zero code",
     )
 
 
@@ -124,11 +126,11 @@ def whole_clips(motions: MotionSet, clips: Sequence[int], *notes: str) -> Figure
     """Draw whole clips."""
     actions = labels_of(motions)
     rows = {f"{motions.clips[i].name} {actions[i]}": local_positions(motions.features[i]) for i in clips}
-    return drawing.strips(rows, "each row is a whole clip, of its own length", *notes)
+    return drawing.strips(rows, "each row is a whole clip; lengths differ", *notes)
 
 
 def retrieval(records: Iterable[Record]) -> Figure:
-    """Draw the mean average precision of every method, by what is to be found, from the records of `nearness`."""
+    """Draw the mean average precision of every method by kind of match, from the records of `nearness`."""
     values: dict[str, dict[str, float]] = {}
     lines: dict[str, None] = {}
     for record in records:
@@ -141,18 +143,18 @@ def retrieval(records: Iterable[Record]) -> Figure:
 
 
 def _pair(motions: MotionSet) -> tuple[int, int]:
-    """Return two clips with whole windows: `PAIR` where it is there and a walk, or the first two."""
+    """Return two clips with whole windows: `PAIR` and a walk if present, otherwise the first two."""
     clips = list(dict.fromkeys(int(motions.clip_of[i]) for i in np.flatnonzero(motions.mask.all(axis=1))))
     actions = labels_of(motions)
     first = next((clip for clip in clips if motions.clips[clip].name == PAIR), clips[0])
     others = [clip for clip in clips if clip != first]
     if not others:
-        raise ValueError("CLIP: to interpolate, it takes whole windows of two clips")
+        raise ValueError("CLIP: interpolation needs whole windows of two clips")
     return first, next((clip for clip in others if actions[clip] == "walk"), others[0])
 
 
 def all_figures(testbed: Testbed, records: Sequence[Record]) -> Iterator[tuple[str, Figure]]:
-    """Yield a figure of every application, by its name, and one of the table's retrieval if there was any."""
+    """Yield the name and figure of every application, and of retrieval if the records have any."""
     for application in RESTORATIONS:
         yield application, restoration(testbed, application)
     yield "interpolate", interpolation(testbed)

@@ -1,1 +1,1 @@
-"""How the manifold is trained."""
+"""Training of the manifold: configuration, recipes, loss, run folders."""

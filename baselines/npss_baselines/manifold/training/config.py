@@ -1,4 +1,4 @@
-"""What a run of the manifold is: the network, the recipe, the data and the seed, as ``config.json`` states them."""
+"""The configuration of a run, ``config.json``: network, recipe, data and seed."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ SELECT = ("best", "last")
 
 @dataclass(frozen=True)
 class Data:
-    """What a run is trained on.
+    """The training data of a run.
 
     Attributes
     ----------
     sources : tuple of str
-        Where the clips are from: ``cmu``, ``cmu-styles``, ``h36m``, ``synthetic``.
+        Sources of the clips: ``cmu``, ``cmu-styles``, ``h36m``, ``synthetic``.
     clips, windows : int
-        How many.
+        Number of clips and of windows.
     digest : str
-        Of all windows: the same if and only if they are, to the bit.
+        Hash of all windows; equal if and only if the windows are, to the bit.
     """
 
     sources: tuple[str, ...] = ()
@@ -48,14 +48,14 @@ class Data:
     digest: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sources", tuple(each("sources", self.sources, "names")))  # read from JSON, a list
+        object.__setattr__(self, "sources", tuple(each("sources", self.sources, "names")))  # JSON gives a list
         for name, kind in (("clips", int), ("windows", int), ("digest", str)):
             if type(getattr(self, name)) is not kind:
                 raise TypeError(f"{name}: expected {kind.__name__}, got {getattr(self, name)!r}")
 
 
 def data_of(motion: MotionSet) -> Data:
-    """Say what a run is trained on."""
+    """Describe training data."""
     digest = hashlib.sha256(motion.windows.tobytes())
     digest.update(motion.mask.tobytes())
     sources = tuple(dict.fromkeys(clip.source for clip in motion.clips))
@@ -64,7 +64,7 @@ def data_of(motion: MotionSet) -> Data:
 
 @dataclass(frozen=True)
 class Configuration:
-    """All that a run depends on, but for where the data are and what it is computed on.
+    """All settings that a run depends on, except data paths and the device.
 
     Attributes
     ----------
@@ -74,27 +74,27 @@ class Configuration:
         The network.
     scale : str
     size : float
-        Of the features: see `npss_baselines.manifold.motion.scaling`.
+        Scaling of the features: see `npss_baselines.manifold.motion.scaling`.
     loss : {'mean', 'sum'}
-        Of the squared errors of a window's values, and of the magnitudes of its hidden units.
+        Reduction of the squared errors in a window, and of the magnitudes of its hidden units.
     start : str
-        The weights at first: see `npss_baselines.manifold.model.initialization`.
+        Initial weights: see `npss_baselines.manifold.model.initialization`.
     layers, whole : Stage
-        How it is trained: each layer alone, then all together.
+        Training of each layer alone, then of all layers together.
     seed : int
-        Of the initial weights and of every iteration.
+        Seed of the initial weights and of every iteration.
     select : {'best', 'last'}
-        Which weights are kept, of those after each epoch of the last stage: with the least error on the validation
-        subjects, or the last ones.
+        Weights to keep from the epochs of the last stage: those with the smallest error on the validation subjects, or
+        the last ones.
     quick : bool
-        Whether only a small part of the data is read.
+        Whether to read only a small part of the data.
     data : Data
-        What it is trained on.
+        The training data.
 
     Raises
     ------
     TypeError, ValueError
-        If a field is not what it should be; the message begins with its name.
+        If a field is invalid; the message begins with its name.
     """
 
     name: str
@@ -121,19 +121,19 @@ class Configuration:
         if not isinstance(self.quick, bool):
             raise TypeError(f"quick: expected true or false, got {self.quick!r}")
         if not self.layers.epochs and not self.whole.epochs:
-            raise ValueError("whole: no stage has an epoch")
+            raise ValueError("whole: expected at least one epoch in layers or whole")
 
     @property
     def phases(self) -> tuple[Phase, ...]:
-        """What training does, one after the other."""
+        """The phases of training, in order."""
         layers = [Phase(f"layer {i + 1}", i, i + 1, self.layers) for i in range(self.model.depth)]
         phases = [*layers, Phase("whole", 0, self.model.depth, self.whole)]
         return tuple(phase for phase in phases if phase.stage.epochs)
 
     def work(self, phase: int) -> float:
-        """Return about how much there is to compute for a window in a phase, in multiplications of its frames' values.
+        """Estimate the work for a window in a phase, in multiplications per frame and filter lag.
 
-        A layer has half as many frames as the one before, and as many inputs as that has filters.
+        Each layer divides the number of frames by `pool`, and has as many inputs as the previous layer has filters.
         """
         model, layers = self.model, self.phases[phase]
         widths = (model.n_features, *model.widths)
@@ -142,16 +142,16 @@ class Configuration:
 
 @dataclass(frozen=True)
 class Phase:
-    """Layers in training.
+    """A phase of training, and its layers.
 
     Attributes
     ----------
     name : str
-        For those who read it.
+        The name in logs.
     first, depth : int
-        The first layer, counted from 0, and up to how many layers there are: ``layers[first:depth]``.
+        The layers ``layers[first:depth]``.
     stage : Stage
-        How.
+        Its settings.
     """
 
     name: str
@@ -161,18 +161,18 @@ class Phase:
 
 
 def defaults(recipe: str = "default") -> Configuration:
-    """Return what a run by a recipe is if nothing else is said."""
+    """Return the default configuration of a recipe."""
     one_of("--recipe", recipe, tuple(RECIPES))
-    chosen: Recipe = RECIPES[recipe]
+    settings: Recipe = RECIPES[recipe]
     return Configuration(
         name=NAME,
-        model=AutoencoderConfig(unpool=chosen.unpool),
-        scale=chosen.scale,
-        size=chosen.size,
-        loss=chosen.loss,
-        start=chosen.start,
-        layers=chosen.layers,
-        whole=chosen.whole,
+        model=AutoencoderConfig(unpool=settings.unpool),
+        scale=settings.scale,
+        size=settings.size,
+        loss=settings.loss,
+        start=settings.start,
+        layers=settings.layers,
+        whole=settings.whole,
         seed=0,
         select=SELECT[0],
         quick=False,
@@ -181,7 +181,7 @@ def defaults(recipe: str = "default") -> Configuration:
 
 
 def quick(configuration: Configuration) -> Configuration:
-    """Return a configuration with a small part of the data, and few epochs: for trying things."""
+    """Return a configuration with few epochs and a small part of the data, to try things out."""
     layers, whole = configuration.layers, configuration.whole
     return replace(
         configuration,
@@ -192,12 +192,12 @@ def quick(configuration: Configuration) -> Configuration:
 
 
 def read(path: Path) -> Configuration:
-    """Read a configuration; what it does not state is that of the default recipe.
+    """Read a configuration; missing fields are those of the default recipe.
 
     Raises
     ------
     FileNotFoundError, ValueError
-        If it is not one; names the file.
+        If the file is missing or invalid. The message names it.
     """
     values = stated_in(path)
     try:
@@ -219,11 +219,11 @@ def read(path: Path) -> Configuration:
 
 
 def parser_of(default: Configuration) -> jsonargparse.ArgumentParser:
-    """Return what reads the fields of a configuration; `default` holds its defaults."""
+    """Return the parser of configuration options; `default` holds their defaults."""
     parser = jsonargparse.ArgumentParser(
         prog="npss-baselines train manifold",
         usage="npss-baselines train manifold --out RUN [--cmu DIR] [--styles DIR] [--h36m DIR] [OPTION ...]",
-        description="Train the motion manifold. Without a folder of motion, on generated walks.",
+        description="Train the motion manifold, on generated walks if no folder of motion is named.",
         exit_on_error=False,
         allow_abbrev=False,
         parser_mode="json",
@@ -245,7 +245,7 @@ def parser_of(default: Configuration) -> jsonargparse.ArgumentParser:
 def configuration_of(
     default: Configuration, parser: jsonargparse.ArgumentParser, parse: Callable[[], Any]
 ) -> Configuration:
-    """Make the configuration of what was parsed; its data are those of `default`."""
+    """Build the configuration from parsed options; its data are those of `default`."""
     try:
         parsed = parser.instantiate(parse())
     except argparse.ArgumentError as error:

@@ -1,4 +1,4 @@
-"""Run folders of the manifold: a projector with all that it takes, written and read."""
+"""Run folders of the manifold: save and load."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from npss_baselines.manifold.training.config import Configuration
 from npss_baselines.runs import weights
 from npss_baselines.runs.config import of_run
 
-_PART = "network"  # of the file of weights
+_PART = "network"  # name of the network in the weights file
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A manifold, and how it has come about.
+    """A trained manifold, with its configuration and results.
 
     Attributes
     ----------
     configuration : Configuration
-        What it is, and what it was trained on.
+        Network, training and data.
     projector : Manifold
-        On the CPU.
+        The manifold, on the CPU.
     measured : dict
-        What was measured when it was kept: see `npss_baselines.manifold.training.trainer.train`.
+        Results of the kept weights: see `npss_baselines.manifold.training.trainer.train`.
     """
 
     configuration: Configuration
@@ -44,31 +44,31 @@ def save(
     scaling: Scaling,
     measured: dict[str, Any],
 ) -> None:
-    """Write the weights, the statistics by which the network sees features and, in the header, what it is worth."""
+    """Write the weights, the scaling of features and, in the header, the results."""
     statistics = {"mean": scaling.mean, "scale": scaling.scale}
     weights.save(folder, _PART, network, statistics, measured)
 
 
 def load(path: Path) -> Run:
-    """Read a run; nothing in its files can run code.
+    """Load a run; its files cannot run code.
 
     Parameters
     ----------
     path : Path
-        The folder of the run. It may still be in training: in its last phase, the model is the best one so far.
+        The folder of the run. In the last phase of training, it holds the best weights so far.
 
     Returns
     -------
     Run
-        On the CPU, in evaluation mode.
+        The run, on the CPU and in evaluation mode.
 
     Raises
     ------
     FileNotFoundError, ValueError
-        If a file is missing, is broken or does not fit the other: names it.
+        If a file is missing, broken or does not match the other. The message names it.
     """
     configuration = config.read(of_run(path))
-    with torch.random.fork_rng(devices=[]):  # the weights are drawn, and then replaced
+    with torch.random.fork_rng(devices=[]):  # the random weights are replaced below
         network = Autoencoder(configuration.model)
     shapes = dict.fromkeys(("mean", "scale"), (configuration.model.n_features,))
     stored = weights.load(path, _PART, network, shapes, configuration, "in its last phase, after each epoch")

@@ -1,4 +1,4 @@
-"""The loss of the manifold's layers: to reconstruct a corrupted window, by few hidden units."""
+"""The loss of the manifold: reconstruction of corrupted windows, with sparse hidden units."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ def loss_of(
     random: bool,
     rescale: bool = False,
 ) -> Tensor:
-    """Return the loss of a batch: the mean over windows of their weighted squared errors and sparsity.
+    """Return the loss of a batch: weighted squared errors and sparsity, averaged over windows.
 
     Parameters
     ----------
     layers : sequence of TiedLayer
-        In training, from what the windows are on.
+        The layers to train, in order from the windows on.
     windows : (B, T, F) Tensor
-        What is reconstructed, from a corrupted copy.
+        The windows to reconstruct, from a corrupted copy.
     of_frames : (B, T, 1) Tensor
-        Weights of the squared errors of frames; 0 where a window is padded.
+        Weights of the squared errors of the frames; 0 where a window is padded.
     of_steps : (B, T', 1) Tensor
         Weights of the magnitudes of the last layer's hidden units.
     corruption : float
-        Probability with which an input value is set to zero. Drawn from torch's global generator.
+        Probability that an input value is set to zero, drawn from torch's global generator.
     sparsity : float
-        Weight of these magnitudes.
+        Weight of the magnitudes of the hidden units.
     random : bool
-        Whether the last layer is unpooled to one place by chance.
+        Whether the last layer is unpooled at random.
     rescale : bool, optional
-        Whether the input values that are left are divided by 1 - `corruption`.
+        Whether the remaining input values are divided by 1 - `corruption`.
 
     Returns
     -------

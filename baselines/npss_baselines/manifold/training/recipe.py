@@ -1,4 +1,4 @@
-"""How the manifold is trained: layer after layer, and then as a whole."""
+"""Training recipes: each layer alone, then all layers together."""
 
 from __future__ import annotations
 
@@ -14,38 +14,39 @@ PLACES = ("even", "random")
 
 @dataclass(frozen=True)
 class Stage:
-    """How layers are trained.
+    """The settings of a training stage.
 
     Parameters
     ----------
     epochs : int
-        Passes over the windows, each in another order; 0 leaves the stage out.
+        Passes over the windows, each in a new random order; 0 skips the stage.
     batch : int
-        Windows of which the loss is the mean.
+        Windows in a batch.
     optimizer : {'adam', 'sgd'}
-        SGD without momentum.
+        The optimiser; SGD has no momentum.
     lr : float
-        The learning rate at first.
+        The initial learning rate.
     lr_schedule : {'epochs', 'cosine'}
-        Multiplied by `lr_decay` after each epoch. Or half a cosine, from `lr` down to zero.
+        ``'epochs'`` multiplies the rate by `lr_decay` after each epoch; ``'cosine'`` is half a cosine, from `lr` to
+        zero.
     lr_decay : float
-        The factor, not above 1.
+        The factor, at most 1.
     clip_norm : float or None
-        The gradient's norm is not allowed to be larger.
+        Largest norm of the gradient.
     corruption : float
-        Probability with which a value of the input is set to zero; the output is to be the input as it was.
+        Probability that an input value is set to zero; the target is the uncorrupted input.
     rescale : bool
-        Whether the values that are left are divided by 1 - `corruption`. If not, the layers learn to make up for what
-        is lost on average, and motion of which nothing is lost comes out too large by that factor.
+        Whether the remaining values are divided by 1 - `corruption`. If not, the layers learn to compensate for the
+        average loss, and uncorrupted motion is reconstructed too large by that factor.
     sparsity : float
         Weight of the magnitudes of the hidden units in the loss.
     unpool : {'even', 'random'}
-        How pooling is inverted: as the network says, or to one place by chance.
+        Unpooling: as the network is configured, or at random.
 
     Raises
     ------
     TypeError, ValueError
-        If a field is not what it should be; the message begins with its name.
+        If a field is invalid; the message begins with its name.
     """
 
     epochs: int = 25
@@ -78,7 +79,7 @@ class Stage:
             if not is_real(value):
                 raise TypeError(f"{name}: expected a number, got {value!r}")
             if not (math.isfinite(value) and value >= 0):
-                raise ValueError(f"{name}: expected a number from 0 on, got {value!r}")
+                raise ValueError(f"{name}: expected a number of at least 0, got {value!r}")
         if self.corruption >= 1:
             raise ValueError(f"corruption: expected a probability below 1, got {self.corruption!r}")
         if not isinstance(self.rescale, bool):
@@ -86,7 +87,7 @@ class Stage:
         one_of("unpool", self.unpool, PLACES)
 
     def learning_rate(self, epoch: int, share: float = 0.0) -> float:
-        """Return the learning rate in an epoch, counted from 0, of which a share is done.
+        """Return the learning rate in an epoch, counted from 0, after a share of it.
 
         Examples
         --------
@@ -102,24 +103,24 @@ class Stage:
 
 @dataclass(frozen=True)
 class Recipe:
-    """All that there is to decide about training.
+    """All training settings.
 
     Parameters
     ----------
     scale : {'none', 'global', 'kind', 'feature'}
-        Of the features: see `npss_baselines.manifold.motion.scaling`.
+        Features that share a scale: see `npss_baselines.manifold.motion.scaling`.
     size : float
-        What their standard deviation becomes, or by what they are multiplied if the scale is none.
+        Standard deviation of scaled features, or their factor for ``'none'``.
     loss : {'mean', 'sum'}
-        Of the squared errors of a window's values, and of the magnitudes of its hidden units.
+        Reduction of the squared errors in a window, and of the magnitudes of its hidden units.
     unpool : {'both', 'half'}
         Even unpooling: see `npss_baselines.manifold.model.autoencoder`.
     start : {'glorot', 'orthonormal'}
-        The weights at first: see `npss_baselines.manifold.model.initialization`.
+        Initial weights: see `npss_baselines.manifold.model.initialization`.
     layers : Stage
-        Each layer alone, from the first one on.
+        Training of each layer alone, from the first on.
     whole : Stage
-        All layers together, after that.
+        Training of all layers together, afterwards.
     """
 
     scale: str
@@ -131,9 +132,9 @@ class Recipe:
     whole: Stage
 
 
-#: The paper's schedule. Where it says nothing: the error is a mean, because with a sum such steps diverge at once;
-#: features are in heights and radians, because with unit variance they diverge too; even unpooling halves, because that
-#: is what random unpooling does on average; fine tuning takes 25 epochs, at a constant rate and of corrupted windows.
+#: The paper's schedule. Where the paper is silent: the error is a mean, since training with a sum diverges at once;
+#: features are in body heights and radians, since training with unit variance diverges too; even unpooling halves, as
+#: random unpooling does on average; fine-tuning takes 25 epochs, at a constant rate and on corrupted windows.
 PAPER = Recipe(
     scale="none",
     size=1.0,
@@ -144,10 +145,10 @@ PAPER = Recipe(
     whole=Stage(lr=0.01),
 )
 _LAYERS = Stage(epochs=20, batch=8, optimizer="adam", lr=5e-4, lr_schedule="cosine", clip_norm=0.005, rescale=True)
-#: What reconstructs best on the validation subjects. Features are so small that tanh hardly bends them: where it does,
-#: atanh makes what the layer above got wrong larger. The weights start where motion is already reconstructed; Adam
-#: would leave that place in few steps, were the rate not small and the gradient, which has outliers, not clipped to its
-#: usual norm. Layers first, because a step of one layer takes less time than one of all.
+#: The settings that reconstruct best on the validation subjects. Features are small enough for tanh to be nearly
+#: linear: where it is not, atanh amplifies the errors of the layer above. The initial weights already reconstruct
+#: motion; a small rate, and clipping the gradient, which has outliers, to its usual norm keep Adam from leaving them in
+#: a few steps. Layers come first, since a step of one layer takes less time than one of all.
 DEFAULT = Recipe(
     scale="kind",
     size=0.1,

@@ -1,4 +1,4 @@
-"""What each step of a training of the manifold is of: a phase, an epoch, and a chunk of batches."""
+"""The schedule of training: the phase, epoch and chunk of batches of each step."""
 
 from __future__ import annotations
 
@@ -9,29 +9,30 @@ from dataclasses import dataclass
 
 from npss_baselines.manifold.training.config import Phase
 
-#: Windows, about, of one step of Lightning: a chunk of batches, because its own work would take longer than the paper's
-#: batches of a single window. What is random in a chunk is drawn from the seed, the phase and the number of the chunk.
+#: Approximate number of windows in a step of Lightning. A step is a chunk of batches, since Lightning's overhead
+#: exceeds the work on one of the paper's batches of a single window. The seed, the phase and the chunk's number fix all
+#: random choices in a chunk.
 CHUNK = 256
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where training is."""
+    """A position in training."""
 
     phase: int
     epoch: int
-    chunk: int  # of the epoch
+    chunk: int  # in the epoch
 
 
 class Schedule:
-    """What each chunk of a run is of.
+    """The place of each chunk of a run.
 
     Parameters
     ----------
     phases : sequence of Phase
-        What training does.
+        The phases of training.
     n_windows : int
-        That are trained on.
+        Number of training windows.
     """
 
     def __init__(self, phases: Sequence[Phase], n_windows: int) -> None:
@@ -47,7 +48,7 @@ class Schedule:
         return self._ends[-1]
 
     def __getitem__(self, step: int) -> Place:
-        """Return where a chunk is, counted from 0."""
+        """Return the place of a chunk, counted from 0."""
         phase = next(i for i, end in enumerate(self._ends) if step < end)
         epoch, chunk = divmod(step - (self._ends[phase - 1] if phase else 0), self.chunks[phase])
         return Place(phase, epoch, chunk)

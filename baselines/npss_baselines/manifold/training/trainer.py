@@ -1,4 +1,4 @@
-"""Training of the manifold such that a run that is cut off anywhere, and resumed, ends as if it had not been."""
+"""Train the manifold. An interrupted and resumed run gives the same result as an uninterrupted one."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ from npss_baselines.manifold.training.schedule import Place, Schedule
 from npss_baselines.runs import metrics
 from npss_baselines.runs.fitting import Resumable, fit, torch_seed
 
-#: Numbers by name, and the name of the phase: what is measured after an epoch.
+#: The results of an epoch: numbers by name, and the name of the phase.
 Row = dict[str, Any]
 
-#: Chunks between two checkpoints, at most.
+#: Largest number of chunks between checkpoints.
 CHECKPOINT_EVERY = 20
-_AT_ONCE = 64  # windows, where nothing is trained
+_AT_ONCE = 64  # windows, where no gradient is needed
 
 
 class Training(Resumable):
-    """The manifold in training: a chunk of batches does the same whenever it is done.
+    """The Lightning module that trains the manifold; the work on a chunk of batches is reproducible.
 
     Parameters
     ----------
     configuration : Configuration
-        What the run is.
+        The configuration of the run.
     training_set, validation_set : MotionSet
-        What is trained on, and by what weights are chosen.
+        Motion to train on, and to choose weights by.
     out : Path
         The folder of the run.
     """
@@ -72,15 +72,15 @@ class Training(Resumable):
         torch.manual_seed(configuration.seed)
         self.network = Autoencoder(configuration.model)
         initialize(self.network, configuration.start)
-        #: One for each epoch.
+        #: The results of each epoch.
         self.rows: list[Row] = []
-        self.losses: list[tuple[float, int]] = []  # since the last row: mean of a chunk, and its windows
-        self._phase = -1  # the one that `_begin` has prepared
+        self.losses: list[tuple[float, int]] = []  # since the last row: average of a chunk, number of its windows
+        self._phase = -1  # prepared by `_begin`
         self._seen = self._of_frames = self._of_steps = torch.empty(0)
         self._sgd: PerWindowSGD | None = None
 
     def train_dataloader(self) -> Iterator[Tensor]:
-        """Return the windows of the chunks that are left, by number."""
+        """Yield the window indices of the remaining chunks."""
         for step in range(self.global_step, len(self.schedule)):
             place = self.schedule[step]
             rng = np.random.default_rng([self.configuration.seed, place.phase, place.epoch])
@@ -112,7 +112,7 @@ class Training(Resumable):
         if self._sgd is not None:
             self._sgd.keep()
         optimizer.zero_grad()
-        counted.step()  # changes nothing, and counts the chunk
+        counted.step()  # only counts the chunk: there is no gradient
         loss = total.item() / len(chunk)
         if not math.isfinite(loss):
             raise _diverged(phase, place, f"the loss was {loss}")
@@ -121,7 +121,7 @@ class Training(Resumable):
             self.log("loss", loss, prog_bar=True, logger=False)
 
     def _step(self, phase: Phase, batch: Tensor, optimizer: torch.optim.Optimizer, lr: float) -> Tensor:
-        """Train on a batch, and return its loss."""
+        """Train on a batch and return its loss."""
         if self._sgd is not None:
             i = int(batch)
             return self._sgd.step(self._seen[i], self._of_frames[i], self._of_steps[i], lr)
@@ -147,7 +147,7 @@ class Training(Resumable):
         return loss.detach()
 
     def _begin(self, number: int) -> None:
-        """Compute once what the layers below those in training make of all windows, and what counts in them."""
+        """Begin a phase: encode all windows by the layers below those in training, and weight their frames."""
         phase = self.phases[number]
         stage, layers = phase.stage, self.network.first(phase.depth)[phase.first :]
         parts = torch.split(self.windows.to(self.device), _AT_ONCE)
@@ -175,7 +175,7 @@ class Training(Resumable):
         ]
 
     def on_train_batch_end(self, *_: Any) -> None:
-        """Measure after an epoch, and save."""
+        """Measure at the end of an epoch, and save checkpoints."""
         done = self.schedule[self.global_step - 1]
         epoch_ends = done.chunk + 1 == self.schedule.chunks[done.phase]
         if epoch_ends:
@@ -183,22 +183,22 @@ class Training(Resumable):
         self.step_is_done(checkpoint=epoch_ends or self.global_step % CHECKPOINT_EVERY == 0)
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Add what has been measured."""
+        """Add the results so far."""
         checkpoint["rows"] = self.rows
         checkpoint["losses"] = self.losses
 
     def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Restore what had been measured."""
+        """Restore the results so far."""
         self.rows = checkpoint["rows"]
         self.losses = checkpoint["losses"]
 
     def _measure(self, done: Place) -> None:
-        """Measure the layers that have been trained, keep all if they are the best so far, and write it down."""
+        """Measure the trained layers, save the network if it is the best so far, and log the results."""
         phase = self.phases[done.phase]
         try:
             error = self._error(phase.depth)
-        except ValueError as nothing:  # the last step may have been the one, of which no loss tells
-            raise _diverged(phase, done, f"of the reconstructed windows, {nothing}") from nothing
+        except ValueError as problem:  # the last step can diverge without any later loss to show it
+            raise _diverged(phase, done, f"reconstructed windows: {problem}") from problem
         n = sum(windows for _, windows in self.losses)
         row: Row = {
             "phase": phase.name,
@@ -215,12 +215,12 @@ class Training(Resumable):
         self.log_row(row)
 
     def _error(self, depth: int) -> float:
-        """Return the mean error of the joints on the validation windows, in heights, by so many layers."""
+        """Return the joint error of the first `depth` layers on the validation windows, in body heights."""
         with torch.no_grad():
             parts = torch.split(self.validation_windows.to(self.device), _AT_ONCE)
-            seen = np.concatenate([self.network.project(part, depth).cpu().numpy() for part in parts])
+            scaled = np.concatenate([self.network.project(part, depth).cpu().numpy() for part in parts])
         motion = self.validation_set
-        projected = local_positions(self.scaling.unnormalize(seen))
+        projected = local_positions(self.scaling.unnormalize(scaled))
         return joint_error(local_positions(motion.windows), projected, motion.mask)
 
 
@@ -232,20 +232,20 @@ def _diverged(phase: Phase, place: Place, sign: str) -> ValueError:
 
 
 def best(rows: Sequence[Row], select: str) -> Row:
-    """Return the row of the weights that are kept: of the last phase, the first of those with the least error."""
+    """Return the row of the weights to keep: the first with the smallest error in the last phase, or the last."""
     last = [row for row in rows if row["phase"] == rows[-1]["phase"]]
     return last[-1] if select == "last" else min(last, key=lambda row: float(row["error"]))
 
 
 def _weights(mask: Tensor, pooled: int, width: int, *, mean: bool) -> Tensor:
-    """Return how much each frame of a window counts, (n, T / pooled, 1).
+    """Return the weights of the frames of windows, (n, T / pooled, 1).
 
-    Of pooled frames, one counts if any of those in it does.
+    A pooled frame counts if any of its frames does.
     """
-    counts = mask.view(len(mask), -1, pooled).any(2).float()
+    weights = mask.view(len(mask), -1, pooled).any(2).float()
     if mean:
-        counts /= counts.sum(1, keepdim=True) * width
-    return counts.unsqueeze(2)
+        weights /= weights.sum(1, keepdim=True) * width
+    return weights.unsqueeze(2)
 
 
 def train(
@@ -257,31 +257,31 @@ def train(
     device: str = "cpu",
     tensorboard: bool = False,
 ) -> list[Row]:
-    """Train the manifold, from the checkpoint on if the run has one.
+    """Train the manifold, or resume from the checkpoint if the run has one.
 
     Parameters
     ----------
     configuration : Configuration
-        What the run is.
+        The configuration of the run.
     training_set, validation_set : MotionSet
-        What is trained on, and by what weights are chosen: of other subjects.
+        Motion to train on, and to choose weights by, of different subjects.
     out : Path
-        The folder of the run; it is there.
+        The folder of the run, which exists.
     device : {'cpu', 'cuda'}, optional
-        What it is computed on.
+        The device to train on.
     tensorboard : bool, optional
-        Write logs for TensorBoard, too.
+        Whether to write TensorBoard logs, too.
 
     Returns
     -------
     list of dict
-        What was measured after each epoch: ``phase``, ``epoch`` from 1 on, ``lr``, the mean ``loss``, and ``error``,
-        the mean error of the validation set's joints as share of the height.
+        The results of each epoch: ``phase``, ``epoch`` from 1 on, ``lr``, the average ``loss``, and ``error``, the
+        joint error on the validation set, in body heights.
 
     Raises
     ------
     ValueError
-        If the data do not fit the network, training diverges, or the checkpoint is broken.
+        If the data do not match the network, training diverges, or the checkpoint is broken.
     KeyboardInterrupt, Stopped
         As `npss_baselines.runs.fitting.fit`.
     """
@@ -289,7 +289,7 @@ def train(
     if n_features != configuration.model.n_features:
         raise ValueError(f"model.n_features: {configuration.model.n_features}, but the motion has {n_features}")
     if n_frames % configuration.model.stride:
-        raise ValueError(f"model: {configuration.model.stride} frames to a step, which do not divide {n_frames}")
+        raise ValueError(f"model: {n_frames} frames are not a multiple of {configuration.model.stride} per step")
     return fit(
         lambda: Training(configuration, training_set, validation_set, out), device=device, tensorboard=tensorboard
     ).rows
