@@ -1,4 +1,4 @@
-"""The two public ways to compute NPSS, written again from their descriptions: what `npss.score` is measured against."""
+"""The two public implementations of NPSS, rewritten from their descriptions, as references for `npss.score`."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ Array = npt.NDArray[Any]
 
 
 def fast(gt: Array, pred: Array, *, real: bool = True) -> float:
-    """Score by the widely copied vectorised way: whole-array transforms and whole-array temporaries.
+    """Score by the widely copied vectorised code, with whole-array transforms and temporaries.
 
-    `real` keeps the real part of the coefficients alone, as released code does; else their magnitude counts.
+    `real` keeps only the real part of the coefficients, as released code does; otherwise their magnitude counts.
     """
     gt_coefficients = np.fft.fft(gt, axis=1)
     pred_coefficients = np.fft.fft(pred, axis=1)
@@ -30,7 +30,7 @@ def fast(gt: Array, pred: Array, *, real: bool = True) -> float:
 
 
 def loops(gt: Array, pred: Array, *, real: bool = True) -> float:
-    """Score by one Python loop over sequences and features, as the first release did."""
+    """Score by a Python loop over sequences and features, as in the first release."""
     n_sequences, _, n_features = gt.shape
     distances = np.zeros((n_sequences, n_features))
     totals = np.zeros((n_sequences, n_features))

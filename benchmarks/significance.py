@@ -1,10 +1,10 @@
-"""How often tests and intervals err, where windows overlap: the numbers of docs/comparing.md.
+"""Error rates and coverages where windows overlap: the numbers of docs/comparing.md.
 
 ``python benchmarks/significance.py [SETS]``
 
-Simulated errors with weights of real windows of Human3.6M, where ``NPSS_H36M`` names its folder; of generated motion
-else, and the output says which. Then, on real motion alone, intervals of blocks drawn from all subjects. It takes some
-minutes; ``tests/helpers/overlap.py`` describes the simulation.
+Simulate errors with weights of Human3.6M's windows if ``NPSS_H36M`` names its folder, otherwise of generated motion;
+the output states which. Then, on real motion only, compute intervals of blocks drawn from all subjects. It takes a few
+minutes. ``tests/helpers/overlap.py`` describes the simulation.
 """
 
 import os
@@ -23,7 +23,7 @@ from npss_baselines.data import h36m
 
 PHIS = (0.9, 0.98)
 N_BLOCKS = (8, 10, 13, 20, 32)
-N_SEED, STEP = 50, 10  # of real windows: frames before the target, and frames from one to the next
+N_SEED, STEP = 50, 10  # of real windows: seed frames, and frames from one window to the next
 
 
 def main():
@@ -32,10 +32,10 @@ def main():
     clips = real_clips(root) if root else {}
     if root:
         pairs = [[(clip**2).sum(axis=1) for clip in pair] for pair in clips.values()]
-        print(f"weights: of {len(pairs)} pairs of clips of Human3.6M, all subjects; {sets} sets a case")
+        print(f"weights: {len(pairs)} pairs of clips of Human3.6M, all subjects; {sets} sets a case")
     else:
         pairs = overlap.generated_pairs(np.random.default_rng(0))
-        print(f"weights: generated, for want of NPSS_H36M; {sets} sets a case")
+        print(f"weights: generated, since NPSS_H36M is not set; {sets} sets a case")
     simulated(pairs, sets)
     if root:
         real(clips, sets)
@@ -44,27 +44,27 @@ def main():
 def real_clips(root):
     """Return the Euler angles of both clips of each subject and action, ``(T, 99)`` at 25 frames per second."""
     data = h36m.open_root(root)
-    lacking = set(h36m.missing(data))
-    found = {}
+    missing = set(h36m.missing(data))
+    clips = {}
     for subject in h36m.SUBJECTS:
         for action in protocol.ACTIONS:
-            if not lacking & {f"S{subject}/{action}_{clip}.txt" for clip in (1, 2)}:
+            if not missing & {f"S{subject}/{action}_{clip}.txt" for clip in (1, 2)}:
                 poses = [h36m.load(data, subject, action, clip, fps=protocol.FPS) for clip in (1, 2)]
-                found[subject, action] = [poses_to_euler(clip.astype(np.float64)) for clip in poses]
-    return found
+                clips[subject, action] = [poses_to_euler(clip.astype(np.float64)) for clip in poses]
+    return clips
 
 
 def simulated(pairs, sets):
     """Print error rates and coverages of simulated errors."""
 
     def patterns(name, fewest=0, unit=None):
-        return [one for pair in pairs if (one := overlap.pattern(pair, name, unit)).blocks.n >= fewest]
+        return [pattern for pair in pairs if (pattern := overlap.pattern(pair, name, unit)).blocks.n >= fewest]
 
     def stretch_of_one_target(place, window):
         return f"{window.clip}, {window.target.start // overlap.N_TARGET}"
 
     rng = np.random.default_rng(0)
-    cases = {  # and whether there is an interval
+    cases = {  # patterns, and whether to compute intervals
         "random-256: every window a block": (patterns("random-256", unit=lambda place, _: place), True),
         "random-256: stretches of T, every window": (patterns("random-256", unit=stretch_of_one_target), True),
         "random-256: stretches of 2 T, whole windows; 6 blocks or more": (patterns("random-256", 6), False),
@@ -75,32 +75,32 @@ def simulated(pairs, sets):
     print(f"\n{'':62}  phi   P(p <= .05)  coverage of 95 %")
     for name, (some, with_interval) in cases.items():
         for phi in PHIS:
-            wrong = "every window" in name  # which takes long, and a rough number will do
+            wrong = "every window" in name  # slow, and a rough number is enough
             rejected, held = overlap.rates(some, phi, sets=sets // 5 if wrong else sets)
             print(f"{name:62}  {phi:<4}  {rejected:.3f}        {f'{held:.3f}' if with_interval else ''}", flush=True)
 
 
 def real(clips, sets):
-    """Print coverages of intervals of real scores: of blocks drawn from the stretches of all subjects' clips."""
+    """Print coverages of intervals of real scores, for blocks drawn from the stretches of all subjects."""
     print("\ncoverage of 95 %, blocks drawn from all subjects' stretches: lowest, median and highest of the actions")
     print(f"{'':25}  " + "  ".join(f"{n} blocks".ljust(14) for n in N_BLOCKS))
     motions = {action: windows_of(action, clips) for action in protocol.ACTIONS}
     for name, predictor in (("zero-velocity", zero_velocity), ("repeat-50", repeat)):
         for convention in CONVENTIONS:
-            found = []
+            coverages = []
             for windows, labels in motions.values():
                 seed, target = windows[:, :N_SEED], windows[:, N_SEED:]
                 _, emd, weight = contributions(target, predictor(seed, overlap.N_TARGET), CONVENTIONS[convention])
                 blocks = Blocks(labels, weight.sum(axis=1))
                 parts = [blocks.sums(values.sum(axis=1)) for values in (emd * weight, weight)]
-                found.append([coverage(*parts, n, sets) for n in N_BLOCKS])
-            ends = zip(*np.quantile(found, (0, 0.5, 1), axis=0), strict=True)
+                coverages.append([coverage(*parts, n, sets) for n in N_BLOCKS])
+            ends = zip(*np.quantile(coverages, (0, 0.5, 1), axis=0), strict=True)
             cells = ["  ".join(f"{share:.2f}" for share in three).ljust(14) for three in ends]
             print(f"{name:13} {convention:11}  " + "  ".join(cells), flush=True)
 
 
 def windows_of(action, clips):
-    """Return the windows of all subjects that lie in a stretch as a whole, ``(N, 150, 99)``, and their stretches."""
+    """Return the windows of all subjects that lie within a stretch, ``(N, 150, 99)``, and their stretches."""
     windows, labels = [], []
     for (subject, its), pair in clips.items():
         for number, clip in enumerate(pair if its == action else ()):
@@ -112,7 +112,7 @@ def windows_of(action, clips):
 
 
 def coverage(numerator, weight, n, sets):
-    """Return how often an interval of `n` blocks, drawn at random, holds the score of all."""
+    """Return how often an interval of `n` random blocks covers the score of all blocks."""
     drawn = np.random.default_rng(0).integers(len(weight), size=(sets, n))
     true = numerator.sum() / weight.sum()
     return np.mean([

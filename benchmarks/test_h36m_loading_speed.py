@@ -1,6 +1,6 @@
-"""How long it takes to load Human3.6M, against numpy.loadtxt, file by file in turn in one run.
+"""Time to load Human3.6M, compared with numpy.loadtxt, file by file in turn in one run.
 
-On the data set below NPSS_H36M, or else on a few generated files. ``pytest benchmarks/test_h36m_loading_speed.py -s``
+Use the data set in NPSS_H36M, or a few generated files. ``pytest benchmarks/test_h36m_loading_speed.py -s``
 """
 
 import os

@@ -1,4 +1,4 @@
-"""What `import npss` costs, as a ratio to `import numpy`, in fresh processes taken in turn. `pytest benchmarks -s`."""
+"""Time of `import npss`, as a ratio to `import numpy`, in fresh processes in turn. `pytest benchmarks -s`."""
 
 import subprocess
 import sys

@@ -1,14 +1,14 @@
-"""How long the manifold takes to train by the paper's schedule, and to project a motion.
+"""Time to train the manifold by the paper's schedule, and to project motion.
 
 ``pytest benchmarks/test_manifold_speed.py -s``
 
-A step is one window of (160, 63), forwards, backwards and down the gradient: by hand (`PerWindowSGD`), and by autograd
-and torch's SGD, in turn in one run; what is by hand stays as long as it is 1.3 times as fast. Read the ratio; and of
-the times, the best; they are of the processor. Four phases of 25 epochs of 9673 windows, the paper's number, are
-extrapolated from both.
+A step is the forward pass, backward pass and update of one window of (160, 63), with hand-written gradients
+(`PerWindowSGD`) and with autograd and torch's SGD, in turn in one run. Hand-written gradients stay while they are 1.3
+times as fast. Read the ratios; times are the best, in processor time. Both are extrapolated to four phases of 25 epochs
+of 9673 windows, as in the paper.
 
-``NPSS_MANIFOLD_SCHEDULE=25`` trains that schedule as the command does, on 9673 generated windows, and prints how long
-it took; ``=1`` does so with one epoch a phase. ``NPSS_THREADS`` is the number of threads, 1 if it is not set.
+``NPSS_MANIFOLD_SCHEDULE=25`` trains this schedule like the command, on 9673 generated windows, and prints its duration;
+``=1`` trains one epoch a phase. ``NPSS_THREADS`` is the number of threads (default: 1).
 """
 
 import os
@@ -52,19 +52,19 @@ def seconds(work):
 
 
 def contenders(phase, network):
-    """A step by hand, and one by autograd, of the same layers and the same window."""
+    """Return a step with hand-written gradients and one with autograd, on the same layers and window."""
     stage, layers = phase.stage, network.first(phase.depth)[phase.first :]
     options = {"corruption": stage.corruption, "sparsity": stage.sparsity, "random": stage.unpool == "random"}
     with torch.no_grad():
         seen = network.encode(torch.randn(1, 160, 63) / 8, phase.first).contiguous()
     of_frames = torch.full((1, seen.shape[1], 1), 1 / seen[0].numel())
     of_steps = torch.full((1, 160 // 2**phase.depth, 1), 1e-4)
-    one = PerWindowSGD(layers, seen.shape[1], **options)
+    sgd = PerWindowSGD(layers, seen.shape[1], **options)
     optimizer = torch.optim.SGD([parameter for layer in layers for parameter in layer.parameters()], lr=1e-3)
 
     @torch.no_grad()
     def by_hand():
-        one.step(seen[0], of_frames[0], of_steps[0], 1e-3)
+        sgd.step(seen[0], of_frames[0], of_steps[0], 1e-3)
 
     def autograd():
         optimizer.zero_grad()
@@ -74,10 +74,10 @@ def contenders(phase, network):
     return by_hand, autograd
 
 
-def test_steps_of_the_papers_schedule():
+def test_steps_of_the_schedule():
     configuration = config.defaults("paper")
     network = Autoencoder(configuration.model)
-    print(f"\n{torch.get_num_threads()} threads; ms a step, the best of {TURNS} turns of {STEPS}")
+    print(f"\n{torch.get_num_threads()} threads; ms a step, best of {TURNS} rounds of {STEPS}")
     print(f"{'phase':10}{'by hand':>9}{'autograd':>10}{'times faster':>14}")
     total = np.zeros(2)
     for phase in configuration.phases:
@@ -86,14 +86,14 @@ def test_steps_of_the_papers_schedule():
         total += took
         print(f"{phase.name:10}{1e3 * took[0]:9.2f}{1e3 * took[1]:10.2f}{took[1] / took[0]:14.2f}")
     hand, autograd = total * WINDOWS * EPOCHS / 60
-    print(f"the whole, {EPOCHS} epochs of {WINDOWS} windows a phase: {hand:.0f} min, by autograd {autograd:.0f} min")
+    print(f"whole schedule, {EPOCHS} epochs of {WINDOWS} windows a phase: {hand:.0f} min, autograd {autograd:.0f} min")
 
 
 def test_projection():
     network = Autoencoder(config.defaults("paper").model).eval()
     manifold = Manifold(network, Scaling(np.zeros(63), np.ones(63)), "untrained")
     motions = np.random.default_rng(0).normal(0, 0.1, (64, 160, 63)).astype(np.float32)
-    print(f"\n{torch.get_num_threads()} threads; ms a window of (160, 63), the best of {TURNS} turns")
+    print(f"\n{torch.get_num_threads()} threads; ms a window of (160, 63), best of {TURNS} rounds")
     for what, project in (("encoded", manifold.encode), ("projected", manifold.project)):
         single = min(seconds(lambda project=project: project(motions[:1])) for _ in range(TURNS))
         starts = [time.process_time()]
@@ -104,7 +104,7 @@ def test_projection():
         print(f"{what:10} alone {1e3 * single:6.2f}   of {len(motions)} {1e3 * batched:6.2f}")
 
 
-@pytest.mark.skipif("NPSS_MANIFOLD_SCHEDULE" not in os.environ, reason="NPSS_MANIFOLD_SCHEDULE=25 runs it: see above")
+@pytest.mark.skipif("NPSS_MANIFOLD_SCHEDULE" not in os.environ, reason="needs NPSS_MANIFOLD_SCHEDULE")
 def test_the_whole_schedule(tmp_path):
     epochs = int(os.environ["NPSS_MANIFOLD_SCHEDULE"])
     training_set = prepare(synthetic_clips(WALKERS, FRAMES, seed=1))

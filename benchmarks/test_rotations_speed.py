@@ -1,11 +1,10 @@
-"""How much faster the conversions to Euler angles are than what else there is: ratios, measured side by side.
+"""Speed of the conversions to Euler angles, as ratios to other implementations.
 
     python -m pytest -s benchmarks/test_rotations_speed.py
 
-Everything runs in one thread, and everything that is compared runs in turn, round after round, in one process; the
-best round counts. The targets hold where numpy has vector units of 512 bits to work with. Where it falls back to
-the C library, one arc tangent after another, there is nothing to win over scipy but memory: set
-NPSS_BENCHMARK_REPORT=1 to print the table only.
+All contenders run on one thread, in turn, in one process; the best round counts. The targets hold where numpy uses
+vector units of 512 bits. Where it falls back to the C library, arc tangents are computed one by one, and only memory
+improves over scipy: set NPSS_BENCHMARK_REPORT=1 to print only the table.
 """
 
 import os
@@ -19,11 +18,11 @@ from npss import poses_to_euler
 from npss.rotations import expmap_to_euler, expmap_to_matrix, matrix_to_euler
 
 COUNT = 1_000_000
-FRAMES = 32_256  # of 31 joints each: about as many rotations
+FRAMES = 32_256  # of 31 joints: about `COUNT` rotations
 LOOP_COUNT = 2_000
 ROUNDS = 7
 
-#: Name, and the least ratio to the loop, to scipy in double and to scipy in single precision.
+#: Smallest ratios to the loop, to scipy in double and to scipy in single precision, by name.
 TARGETS = {
     "expmap_to_euler float64": (200, 1.5, None),
     "expmap_to_euler float32": (200, None, 5),
@@ -33,7 +32,7 @@ TARGETS = {
 
 
 def loop(v):
-    """One rotation at a time with 3 x 3 matrices, as the code released in this field does it."""
+    """Convert one rotation at a time with 3 x 3 matrices, as released code of the field does."""
     out = np.empty(v.shape)
     for n, row in enumerate(v):
         angle = np.linalg.norm(row)
@@ -53,7 +52,7 @@ def scipy_euler(v):
 
 
 def nanoseconds(calls):
-    """Best time of each call, per rotation; `calls` maps a name to (call, rotations)."""
+    """Return the best time per rotation of each call; `calls` maps a name to (call, rotations)."""
     best = dict.fromkeys(calls, np.inf)
     for _ in range(ROUNDS):
         for name, (call, count) in calls.items():

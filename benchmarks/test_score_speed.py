@@ -1,9 +1,9 @@
-"""How long a score takes, against the public ways to compute it, in turn in one run.
+"""Time of a score, compared with public implementations, in turn in one run.
 
 ``pytest benchmarks/test_score_speed.py -s``
 
-Read the ratios, not the times: of every contender the best of several turns counts, and turns alternate, so that
-what else the machine does meets all of them. One thread, unless the line says otherwise.
+Read the ratios, not the times. The best of several rounds counts, and contenders alternate, so that other load affects
+all of them. All use one thread unless stated otherwise.
 """
 
 import time
@@ -16,11 +16,11 @@ import peers
 import npss
 
 SHAPES = [(2232, 30, 88), (1000, 100, 99), (300, 400, 156), (8, 100, 99)]
-LEAST = 0.02  # seconds in one turn
+LEAST = 0.02  # seconds in a round
 
 
 def best(*contenders, turns=7):
-    """Seconds of one call of each contender: the least of its turns."""
+    """Return the seconds of a call of each contender: the best of all rounds."""
     seconds = np.full((turns, len(contenders)), np.inf)
     calls = []
     for contender in contenders:
@@ -41,7 +41,7 @@ def motions(*shape):
 
 
 def scores(*pairs):
-    """For each pair, the calls that score it by `released` and `paper`."""
+    """Return, for each pair, the calls that score it by `released` and `paper`."""
     return [partial(npss.score, *pair, convention=name) for pair in pairs for name in ("released", "paper")]
 
 
@@ -53,7 +53,7 @@ def read(gt, pred):
     return gt.sum() + pred.sum()
 
 
-def test_against_the_vectorised_way():
+def test_against_vectorised_code():
     print("\nms (times faster than `fast` of the same convention)")
     print(f"{'N, T, D':14} {'fast released':>13} {'fast paper':>10} {'released':>14} {'paper':>14}", end="")
     print(f" {'released, f4':>14} {'paper, f4':>14} {'both rffts':>10} {'one read':>8}")
@@ -70,7 +70,7 @@ def test_against_the_vectorised_way():
         assert abs(ours[1]() - peer[1]()) < 1e-10
 
 
-def test_against_the_loops():
+def test_against_loops():
     for shape in (100, 30, 88), (100, 100, 99):
         pair = motions(*shape)
         loops, released = best(partial(peers.loops, *pair), scores(pair)[0], turns=3)

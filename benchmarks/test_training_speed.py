@@ -1,15 +1,15 @@
-"""How long VGRU-d takes to train, by its own backpropagation and by torch's: an iteration of equation 6, in turn.
+"""Time of a training iteration of VGRU-d (equation 6), with hand-written and with torch's backpropagation, in turn.
 
 ``pytest benchmarks/test_training_speed.py -s``
 
-An iteration is a forward pass, a backward pass, clipping and a step of the optimiser: 32 windows of 50 + 100 frames,
-512 units, one thread. Both do the same: after the seed, the open loop and the closed one are one batch, and what the
-guides contribute is one product for all steps. Only the backward pass differs: `autograd` is torch's, `by_hand` that of
-`npss_baselines.models._bptt`, which stays as long as it is 1.3 times as fast. On the CPU it is processor time that is
-measured, which other programs change less. Read the ratios, not the times.
+An iteration is a forward pass, a backward pass, clipping and an optimiser step, for 32 windows of 50 + 100 frames and
+512 units, on one thread. Both have the same forward pass: after the seed frames, open and closed loop are one batch,
+and one product gives the guides' contribution to all steps. Only the backward pass differs: `autograd` is torch's,
+`by_hand` that of `npss_baselines.models._bptt`, which stays while it is 1.3 times as fast. On the CPU, processor time
+is measured, which depends less on other programs. Read the ratios, not the times.
 
-Where there is a CUDA device, the same is measured there, and besides, as training does it: `captured`, loss and
-gradients as one graph; and `together`, so many models side by side, of which the time is that of one.
+On a CUDA device, the benchmark also measures training's graphs: `captured`, loss and gradients as one graph, and
+`together`, several models side by side, as time per model.
 """
 
 import time
@@ -40,7 +40,7 @@ def one_thread():
 
 
 def autograd(model, poses, label, n_seed):
-    """Do what `VTLN.open_and_closed` does in training, backpropagated by torch."""
+    """Compute `VTLN.open_and_closed` in training, with torch's backpropagation."""
     (batch, n_frames, _), cell, p = poses.shape, model.body.blocks(model.n_guide), model.config.dropout
     H = model.config.n_units
     guides = model._guides(label, n_frames)
@@ -77,7 +77,7 @@ def losses(outputs, poses):
 
 
 def seconds(train, models, device):
-    """Train models once, each by its own optimiser, and return the seconds that it took for each of them."""
+    """Train models for an iteration, each by its optimiser, and return the seconds per model."""
     waits, clock = (torch.cuda.synchronize, time.perf_counter) if device == "cuda" else (int, time.process_time)
     waits()
     start = clock()
@@ -91,7 +91,7 @@ def seconds(train, models, device):
 
 
 def contenders(cell, device):
-    """What trains models of a cell, by name: a function that returns their losses, and the models."""
+    """Return, by name, a function that computes losses of models of a cell, and the models."""
     poses = torch.randn(BATCH, FRAMES + 1, 54, device=device)
     label = torch.ones(BATCH, 1, device=device)
     models = [VTLN(VTLNConfig(cell=cell), 1).to(device) for _ in range(TOGETHER)]
@@ -102,7 +102,7 @@ def contenders(cell, device):
         return {"loss": opened + 0.6 * closed}
 
     first = models[0][0]
-    found = {
+    methods = {
         backward.__name__: (lambda backward=backward: [weighted(backward, first, poses, label)["loss"]], models[:1])
         for backward in (autograd, by_hand)
     }
@@ -116,25 +116,25 @@ def contenders(cell, device):
                 graph.launch(0, (poses, label))
             return [graph.result()["loss"] for graph in graphs]
 
-        found["captured"] = (lambda: replay(graphs[:1])), models[:1]
-        found[f"{TOGETHER} together"] = (lambda: replay(graphs)), models
-    return found
+        methods["captured"] = (lambda: replay(graphs[:1])), models[:1]
+        methods[f"{TOGETHER} together"] = (lambda: replay(graphs)), models
+    return methods
 
 
 @pytest.mark.parametrize("device", DEVICES)
 @pytest.mark.parametrize("cell", ["code", "text"])
 def test_an_iteration(device, cell):
-    every = contenders(cell, device)
-    took = np.array([[seconds(*one, device) for one in every.values()] for _ in range(TURNS + 1)])[1:]
-    print(f"\n{device}, cell {cell}: ms an iteration, and how many times faster than by autograd")
-    print("of turns" + "".join(f"{name:>18}" for name in every))
+    methods = contenders(cell, device)
+    took = np.array([[seconds(*method, device) for method in methods.values()] for _ in range(TURNS + 1)])[1:]
+    print(f"\n{device}, cell {cell}: ms an iteration, and speed relative to autograd")
+    print("rounds  " + "".join(f"{name:>18}" for name in methods))
     for name, values in (("median", np.median(took, axis=0)), ("best", took.min(axis=0))):
         print(f"{name:8}" + "".join(f"{1e3 * value:10.1f} {values[0] / value:6.2f}x" for value in values))
 
 
 @pytest.mark.parametrize("device", DEVICES)
 @pytest.mark.parametrize("cell", ["code", "text"])
-def test_what_is_compared_is_the_same(cell, device):
+def test_contenders_agree(cell, device):
     poses = torch.randn(4, FRAMES + 1, 54, device=device)
     model = VTLN(VTLNConfig(cell=cell, dropout=0.0), 1).to(device)
     values = []
