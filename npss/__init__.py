@@ -69,11 +69,10 @@ __all__ = [
     "study",
     "unwrap",
 ]
-# Without pandas, too, `from npss import *` works.
+# `from npss import *` must work without pandas.
 __all__[:] = [name for name in __all__ if name != "Leaderboard" or find_spec("pandas")]
 
-# What a loop that only scores does not need is imported when it is first asked for: `import npss` costs little more
-# than `import numpy`.
+# Everything but scoring is imported on first access: `import npss` takes little longer than `import numpy`.
 _LAZY = {
     "Accumulator": "npss._metric.accumulator",
     "Comparison": "npss._analysis.compare",

@@ -1,4 +1,4 @@
-"""``python -m npss``: the command ``npss`` where the scripts of this Python are not on the path."""
+"""Run the command ``npss`` as ``python -m npss``, for when Python's scripts are not on the path."""
 
 import sys
 

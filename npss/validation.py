@@ -423,7 +423,7 @@ def generator(seed: Seed) -> np.random.Generator:
     if not is_integer(seed):
         raise TypeError(f"seed: expected a whole number or a numpy.random.Generator, got {seed!r}")
     if seed < 0:
-        raise ValueError(f"seed: expected a whole number from 0 on, got {seed}")
+        raise ValueError(f"seed: expected a whole number >= 0, got {seed}")
     return np.random.default_rng(int(seed))
 
 

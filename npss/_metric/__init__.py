@@ -1,1 +1,1 @@
-"""The metrics themselves: NPSS and the Euler error, their conventions and signatures."""
+"""The metrics: NPSS and the Euler error, their conventions and signatures."""

@@ -1,4 +1,4 @@
-"""One score of a set that comes in parts: batches, files, processes, machines."""
+"""Score a set in parts: batches, files, processes, machines."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _FIELDS = ("signature", "features", "sequences", "numerator", "denominator")
 
 
 class Accumulator:
-    """The score of a set that comes in parts, to the bit that of the whole.
+    """Score a set in parts, with the same bits as scoring it at once.
 
-    NPSS is a weighted mean, so the mean of batch scores is another number. An accumulator keeps the two sums of that
-    mean, exactly, as whole numbers: whatever the split into batches, the order of merging, or the process that computed
-    a part, `result` is the float that `score` returns for all the sequences at once.
+    NPSS is a weighted mean, so averaging batch scores gives another number. An accumulator keeps the two sums of that
+    mean exactly, as integers. However the set is split and in whatever order the parts are merged, `result` is the
+    float that `score` returns for all sequences at once.
 
     Parameters
     ----------
@@ -30,11 +30,11 @@ class Accumulator:
     Raises
     ------
     TypeError, ValueError
-        If the convention is none.
+        If `convention` is invalid.
 
     Notes
     -----
-    The same bits on the same machine and version of numpy: others may round a Fourier transform differently.
+    Bits are equal on one machine with one version of numpy. Others may round a Fourier transform differently.
 
     References
     ----------
@@ -54,7 +54,7 @@ class Accumulator:
 
     def __init__(self, *, convention: ConventionName | Convention = "paper") -> None:
         self._convention = as_convention(convention)
-        self._shape: tuple[int, int] | None = None  # frames and features, known from the first batch on
+        self._shape: tuple[int, int] | None = None  # frames and features; None before the first batch
         self._sequences = 0
         self._numerator = 0
         self._denominator = 0
@@ -65,20 +65,20 @@ class Accumulator:
         Parameters
         ----------
         gt, pred : (N, T, D) or (T, D) array_like
-            As for `score`; T and D as in the batches before.
+            As for `score`; T and D as in earlier batches.
         workers : int, optional
             As for `score`.
 
         Returns
         -------
         Accumulator
-            Itself, so that calls can be chained.
+            The accumulator itself, to chain calls.
 
         Raises
         ------
         TypeError, ValueError
-            As `score`, except that a batch without any power is no error; and where T or D differ from the batches
-            before. Then nothing of the batch was added.
+            As for `score`, except that a batch without power is valid. Also if T or D differ from earlier batches.
+            After an error, the accumulator is unchanged.
         """
         truth, prediction = motion_pair(gt, pred)
         shape = truth.shape[-2:]
@@ -91,19 +91,19 @@ class Accumulator:
         return self
 
     def result(self) -> float:
-        """Return the score of all that was added.
+        """Return the score of all batches.
 
         Raises
         ------
         ValueError
-            If there was nothing, or nothing whose ground truth has power.
+            If no batch was added, or the ground truth of none has power.
         """
         if self._shape is None:
-            raise ValueError("result: nothing was added to this accumulator")
+            raise ValueError("result: the accumulator is empty")
         return quotient(self._numerator, self._denominator)
 
     def report(self) -> dict[str, Any]:
-        """Return the score with what it is the score of.
+        """Return the score, its signature and the size of the set.
 
         Returns
         -------
@@ -113,16 +113,16 @@ class Accumulator:
         Raises
         ------
         ValueError
-            As `result`.
+            As for `result`.
         """
         score = self.result()
         state = self.state()
         return {"npss": score, **{name: state[name] for name in ("sequences", "features", "signature")}}
 
     def state(self) -> dict[str, Any]:
-        """Return all that the accumulator holds, ready for ``json.dumps``; `from_state` reads it.
+        """Return the content of the accumulator, ready for ``json.dumps``; `from_state` reads it.
 
-        The two sums are hexadecimal whole numbers, in units of a power of two that belongs to the metric version.
+        The two sums are hexadecimal integers, in units of a power of two that the metric version fixes.
         """
         frames, features = self._shape or (0, 0)
         return {
@@ -135,36 +135,37 @@ class Accumulator:
 
     @classmethod
     def from_state(cls, state: dict[str, Any]) -> Self:
-        """Return the accumulator that a state was taken from.
+        """Restore an accumulator from its state.
 
         Parameters
         ----------
         state : dict
-            As `state` returned it.
+            As returned by `state`.
 
         Raises
         ------
         TypeError, ValueError
-            If it is not such a state, or is that of another version of the metric.
+            If the state is invalid, or from another version of the metric.
         """
         if not isinstance(state, dict) or sorted(map(str, state)) != sorted(_FIELDS):
             raise ValueError(f"state: expected a dict with the keys {', '.join(_FIELDS)}, got {state!r:.80}")
-        stated = parse_signature(state["signature"])
-        if stated["metric"] != NPSS.name or stated["version"] != METRIC_VERSION or "frames" not in stated:
+        values = parse_signature(state["signature"])
+        if values["metric"] != NPSS.name or values["version"] != METRIC_VERSION or "frames" not in values:
             raise ValueError(
-                f"state: {state['signature']!r} is not that of an accumulator of version {METRIC_VERSION} of the metric"
+                f"state: expected the signature of an accumulator of metric version {METRIC_VERSION}, "
+                f"got {state['signature']!r}"
             )
-        accumulator = cls(convention=stated["convention"])
-        counts = [stated["frames"], state["features"], state["sequences"]]
+        accumulator = cls(convention=values["convention"])
+        counts = [values["frames"], state["features"], state["sequences"]]
         if any(isinstance(count, bool) or not isinstance(count, int) or count < 0 for count in counts):
             raise ValueError(f"state: frames, features and sequences must be whole numbers, got {counts}")
         try:
             numerator, denominator = (int(state[name], 16) for name in ("numerator", "denominator"))
         except (TypeError, ValueError) as error:
-            raise ValueError(f"state: its sums must be hexadecimal whole numbers ({error})") from error
+            raise ValueError(f"state: numerator and denominator must be hexadecimal integers ({error})") from error
         frames, features, sequences = counts
         if min(numerator, denominator) < 0 or len({count > 0 for count in counts}) > 1 or (numerator and not sequences):
-            raise ValueError("state: its sums and counts do not belong together")
+            raise ValueError("state: its sums and counts contradict each other")
         accumulator._shape = (frames, features) if frames else None
         accumulator._sequences = sequences
         accumulator._numerator = numerator
@@ -172,18 +173,18 @@ class Accumulator:
         return accumulator
 
     def __ior__(self, other: Accumulator) -> Self:
-        """Add all that another accumulator holds.
+        """Add the content of another accumulator.
 
         Raises
         ------
         ValueError
-            If its convention, T or D is another.
+            If its convention, T or D differs.
         """
         if not isinstance(other, Accumulator):
             return NotImplemented
         if other._convention != self._convention:
-            mine, others = (convention_name(one) or str(one) for one in (self._convention, other._convention))
-            raise ValueError(f"convention: {others} cannot be merged into {mine}; their scores are not comparable")
+            ours, theirs = (convention_name(choice) or str(choice) for choice in (self._convention, other._convention))
+            raise ValueError(f"convention: {theirs} cannot be merged into {ours}; their scores are not comparable")
         if other._shape is not None:
             self._check_shape("the other accumulator", other._shape)
             self._shape = other._shape
@@ -193,7 +194,7 @@ class Accumulator:
         return self
 
     def __or__(self, other: Accumulator) -> Accumulator:
-        """Return a new accumulator that holds what both hold."""
+        """Return a new accumulator with the content of both."""
         if not isinstance(other, Accumulator):
             return NotImplemented
         merged = Accumulator(convention=self._convention)
@@ -209,5 +210,5 @@ class Accumulator:
         if self._shape is not None and shape != self._shape:
             raise ValueError(
                 f"{name}: {shape[0]} frames of {shape[1]} features; this accumulator holds sequences of "
-                f"{self._shape[0]} frames of {self._shape[1]} features, and scores at another T are not comparable"
+                f"{self._shape[0]} frames of {self._shape[1]} features; scores at different T are not comparable"
             )

@@ -1,4 +1,4 @@
-"""A score and what it is made of, computed together: the distance and weight of every feature of every sequence."""
+"""Compute a score together with its parts: the distance and weight of every feature of every sequence."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from npss.validation import Array, Float64
 
 
 class Contributions(NamedTuple):
-    """NPSS of a set of motions, with its parts."""
+    """The NPSS of a set of motions and its parts."""
 
     score: float  # as `npss.score` returns it
     emd: Float64  # (N, D); 0 where the weight is 0
     weight: Float64  # (N, D)
 
     def by_sequence(self) -> tuple[Float64, Float64]:
-        """Return what each sequence adds to the sums whose quotient is the score, both ``(N,)``."""
+        """Return each sequence's share of the score's numerator and denominator, both ``(N,)``."""
         return (self.weight * self.emd).sum(axis=1), self.weight.sum(axis=1)
 
 
@@ -33,12 +33,12 @@ def contributions(
     workers: int = 1,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Contributions:
-    """Score a set of motions, and keep the distance and the weight of every feature of every sequence.
+    """Score a set of motions and keep the distance and weight of every feature of every sequence.
 
     Raises
     ------
     ValueError
-        As `npss.score`, or if the weights leave the range of float64.
+        As for `npss.score`, or if the weights leave the range of float64.
     """
     shape = (len(gt) if gt.ndim == 3 else 1, gt.shape[-1])
     emd, weight = np.empty(shape), np.empty(shape)
@@ -52,6 +52,6 @@ def contributions(
     score = quotient(*weighted_sums(gt, pred, convention, workers=workers, progress=progress, keep=keep))
     with np.errstate(over="ignore"):
         total = float(weight.sum())
-    if not 1e-280 < total < 1e290:  # so that no sum of weighted distances leaves it, nor loses bits
+    if not 1e-280 < total < 1e290:  # keeps sums of weighted distances in range, and their bits
         raise ValueError("gt: its power is beyond float64; scale it (a power of two keeps every bit of the score)")
     return Contributions(score, np.where(weight > 0, emd, 0.0), weight)

@@ -1,4 +1,4 @@
-"""What a score means: the frozen choices behind the number, and the three that have names."""
+"""Conventions: the choices behind a score, and the three named sets of them."""
 
 from __future__ import annotations
 
@@ -15,25 +15,26 @@ ConventionName = Literal["paper", "released", "literal"]
 
 @dataclass(frozen=True, kw_only=True)
 class Convention:
-    """The choices that turn two motions into one NPSS; equal conventions give equal numbers.
+    """The choices that define an NPSS; equal conventions give equal numbers.
 
-    Of a feature's values over the T frames of a sequence, F is the discrete Fourier transform.
+    F is the discrete Fourier transform of a feature over the T frames of a sequence.
 
     Parameters
     ----------
     power : {'magnitude', 'real'}
-        The power of a bin: ``abs(F)**2``, or ``F.real**2`` (what the released code computes, since it assigns complex
-        coefficients to a real array).
+        The power of a bin: ``abs(F)**2``, or ``F.real**2`` (the released code, which assigns complex coefficients to
+        a real array).
     bins : {'two-sided', 'one-sided'}
-        All T bins, or the first ``T//2 + 1`` of them, as ``rfft`` gives, none of them doubled.
+        All T bins, or the first ``T//2 + 1`` as from ``rfft``, none doubled.
     distance : {'cdf', 'spectrum'}
-        L1 distance of the two cumulative distributions over the bins (the earth mover's distance, in bins), or of
-        the two normalised spectra themselves.
+        L1 distance of the cumulative distributions over the bins (the earth mover's distance, in bins), or of the
+        normalised spectra.
     weight : {'power', 'uniform'}
-        The weight of a feature of a sequence in the mean: its ground truth's total power, or 1 where that is not zero.
+        The weight of a feature of a sequence in the mean: the total power of its ground truth, or 1 where that is not
+        zero.
     zero : {'dc', 'empty'}
-        A prediction without any power: all of it in the DC bin, which is the limit of a constant that goes to zero; or
-        a distribution of zeros, as ``0/0 -> 0`` gives.
+        The spectrum of a prediction without power: all mass in the DC bin, the limit of a vanishing constant; or a
+        distribution of zeros, from ``0/0 -> 0``.
 
     Raises
     ------
@@ -42,8 +43,7 @@ class Convention:
 
     Notes
     -----
-    The three named ones, and the values to be had from them, are explained in the documentation under
-    *Conventions*.
+    The documentation explains the three named conventions under *Conventions*.
 
     ============== =========== =========== ========== ========= =======
     name           power       bins        distance   weight    zero
@@ -78,7 +78,7 @@ class Convention:
             one_of(field.name, getattr(self, field.name), CHOICES[field.name])
 
 
-#: What each field may be.
+#: The choices of each field.
 CHOICES: dict[str, tuple[str, ...]] = {name: get_args(kind) for name, kind in get_type_hints(Convention).items()}
 #: The named conventions: ``paper`` (what the text defines, the default), ``released`` (what published tables hold)
 #: and ``literal`` (equations 7 to 9 as printed).
@@ -92,14 +92,14 @@ CONVENTIONS: Mapping[ConventionName, Convention] = MappingProxyType(
 
 
 def as_convention(convention: str | Convention) -> Convention:
-    """Return the convention itself, or the one of that name.
+    """Return the convention, looked up if it is a name.
 
     Raises
     ------
     TypeError
         If it is neither a name nor a `Convention`.
     ValueError
-        If no convention has that name.
+        If no convention has this name.
     """
     if isinstance(convention, Convention):
         return convention
@@ -108,5 +108,5 @@ def as_convention(convention: str | Convention) -> Convention:
 
 
 def convention_name(convention: Convention) -> ConventionName | None:
-    """Return the name of a named convention, None for another."""
+    """Return the name of a convention, or None if it has none."""
     return next((name for name, named in CONVENTIONS.items() if named == convention), None)

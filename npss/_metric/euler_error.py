@@ -1,4 +1,4 @@
-"""The Euler angle error, which the field calls "MSE", and the true mean of squares."""
+"""The Euler angle error, which the field calls "MSE", and the true mean squared error."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from npss._metric.exact_sum import UNIT, exact_sum
 from npss._metric.frames import whole_frames
 from npss.validation import Array, BeyondFloat64Error, Float64, check_finite, each, motion_pair, one_of, positive_number
 
-_BLOCK = 2**16  # values of one array worked on at once
-#: Which features count: those that move in the ground truth, in the prediction, or all.
+_BLOCK = 2**16  # values of one array processed at once
+#: The features to compare: those that move in the ground truth, those that move in the prediction, or all.
 Columns = Literal["gt", "pred", "all"]
-#: Whether the error is that at a time, or the mean up to it.
+#: The error at a time, or the mean up to it.
 Average = Literal["at", "up-to"]
 #: A feature moves if its standard deviation over the frames of a sequence exceeds this.
 MOVES = 1e-4
@@ -31,24 +31,24 @@ def euler_error(
     columns: Columns = "gt",
     average: Average = "at",
 ) -> dict[float, float]:
-    """Euler angle error at given times: the field's "MSE", which is a mean of norms, not of squares.
+    """Return the Euler angle error at given times: the field's "MSE", a mean of norms, not of squares.
 
-    In each frame, the Euclidean norm over features of the difference of Euler angles; then the mean over sequences.
+    The error is the Euclidean norm of the difference of Euler angles in a frame, averaged over sequences.
 
     Parameters
     ----------
     gt, pred : (N, T, D) or (T, D) array_like
-        Ground truth and prediction: Euler angles in radians. For Human3.6M poses, those of `poses_to_euler`.
+        Ground truth and prediction: Euler angles in radians. For Human3.6M poses, see `poses_to_euler`.
     fps : float, optional
         Frames per second.
     at_ms : sequence of float, optional
         Times in milliseconds after the last seed frame: at 25 frames per second, 80 ms is the second predicted frame.
     columns : {'gt', 'pred', 'all'}, optional
-        Which features count in a sequence: those that move, that is whose standard deviation over the T frames
-        exceeds 1e-4, in the ground truth (as the field does); in the prediction (as one released evaluation does, by
-        which a constant prediction has no error); or all.
+        The features of a sequence to compare: those that move in the ground truth (the field's choice), those that
+        move in the prediction (one released evaluation, where a constant prediction has no error), or all. A feature
+        moves if its standard deviation over the T frames exceeds 1e-4.
     average : {'at', 'up-to'}, optional
-        The error at that time, or the mean of the errors of all frames up to it.
+        The error at each time, or the average error of all frames up to it.
 
     Returns
     -------
@@ -58,11 +58,11 @@ def euler_error(
     Raises
     ------
     TypeError
-        If `gt` or `pred` does not hold real numbers, or a time is no number.
+        If `gt` or `pred` does not hold real numbers, or a time is not a number.
     ValueError
         If the shapes are wrong or differ, a value is NaN or infinite, no feature of a sequence moves in the ground
-        truth (commands leave such a sequence out, and say so), or a time is not a frame or beyond the last one: then
-        the message names the nearest times there are.
+        truth (commands leave out such sequences and report it), or a time is not that of a frame. The message then
+        names the nearest times.
 
     See Also
     --------
@@ -70,8 +70,8 @@ def euler_error(
 
     References
     ----------
-    K. Fragkiadaki et al., "Recurrent Network Models for Human Dynamics", ICCV 2015; the mask of moving features, and
-    the times, as in J. Martinez et al., "On Human Motion Prediction Using Recurrent Neural Networks", CVPR 2017.
+    K. Fragkiadaki et al., "Recurrent Network Models for Human Dynamics", ICCV 2015. The mask of moving features and
+    the times: J. Martinez et al., "On Human Motion Prediction Using Recurrent Neural Networks", CVPR 2017.
     A. Gopalakrishnan et al., CVPR 2019, tables 6 and 7.
 
     Examples
@@ -96,7 +96,7 @@ def euler_error(
 
 
 def euler_error_curve(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Columns = "gt") -> Float64:
-    """Euler angle error of every predicted frame.
+    """Return the Euler angle error of every predicted frame.
 
     Parameters
     ----------
@@ -108,16 +108,16 @@ def euler_error_curve(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Column
     Returns
     -------
     (T,) ndarray of float64
-        The mean over sequences, in radians; entry k belongs to (k + 1) / fps seconds after the last seed frame.
+        The average over sequences, in radians. Entry k is (k + 1) / fps seconds after the last seed frame.
 
     Raises
     ------
     TypeError, ValueError
-        As `euler_error`.
+        As for `euler_error`.
 
     References
     ----------
-    As `euler_error`.
+    As for `euler_error`.
 
     Examples
     --------
@@ -132,9 +132,9 @@ def euler_error_curve(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Column
 
 
 def mse(gt: npt.ArrayLike, pred: npt.ArrayLike) -> float:
-    """Mean squared error: the true mean, over sequences, frames and features, of the squared difference.
+    """Return the mean squared error over sequences, frames and features.
 
-    Not what the field's tables call "MSE": that is `euler_error`.
+    The field's tables use "MSE" for another metric: see `euler_error`.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def mse(gt: npt.ArrayLike, pred: npt.ArrayLike) -> float:
     Raises
     ------
     TypeError, ValueError
-        If the input is not as described, or the result is beyond float64.
+        If the input is invalid, or the result is beyond float64.
 
     Examples
     --------
@@ -173,7 +173,7 @@ def mse(gt: npt.ArrayLike, pred: npt.ArrayLike) -> float:
 
 
 def sequence_errors(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Columns = "gt") -> Float64:
-    """Return the error of every frame of every sequence, ``(N, T)``, of which `euler_error_curve` is the mean."""
+    """Return the error of every frame of every sequence, ``(N, T)``; `euler_error_curve` averages it."""
     truth, prediction = motion_pair(gt, pred)
     errors = np.concatenate(list(_errors(truth, prediction, columns)))
     _check_range(errors)
@@ -181,13 +181,13 @@ def sequence_errors(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Columns 
 
 
 def moving_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-    """Read ground truth and prediction, and leave out sequences that have no Euler error, since nothing moves in them.
+    """Read ground truth and prediction, and drop still sequences, which have no Euler error.
 
-    Also returned is which sequences are still, ``(N,)``. If all of them are, they are left in.
+    Also return the mask of still sequences, ``(N,)``. If all are still, keep them.
     """
     truth, prediction = motion_pair(gt, pred)
     still = np.concatenate([~_moving(first).any(axis=1) for _, first, _ in _blocks(truth, truth)])
-    if still.any():  # or NaN, which does not move either
+    if still.any():  # NaN counts as still, too
         check_finite("gt", truth)
         check_finite("pred", prediction)
         if not still.all():
@@ -196,7 +196,7 @@ def moving_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array, n
 
 
 def _curve(gt: Array, pred: Array, columns: Columns) -> Float64:
-    """Return the mean over sequences, ``(T,)``."""
+    """Average the errors over sequences, ``(T,)``."""
     n_sequences = len(gt) if gt.ndim == 3 else 1
     curve = np.zeros(gt.shape[-2])
     for errors in _errors(gt, pred, columns):
@@ -211,7 +211,7 @@ def _check_range(errors: Float64) -> None:
 
 
 def _errors(gt: Array, pred: Array, columns: Columns) -> Iterator[Float64]:
-    """Yield the errors ``(n, T)`` of some sequences after others; infinite where they are beyond float64."""
+    """Yield the errors ``(n, T)`` of one block of sequences after another; infinite where beyond float64."""
     one_of("columns", columns, get_args(Columns))
     for top, first, second in _blocks(gt, pred):
         with np.errstate(all="ignore"):
@@ -227,13 +227,13 @@ def _errors(gt: Array, pred: Array, columns: Columns) -> Iterator[Float64]:
         if columns == "gt" and still.any():
             raise ValueError(
                 f"gt: no feature of sequence {top + int(np.argmax(still))} moves "
-                f"(standard deviation over its frames > {MOVES:g}), so no feature would be compared"
+                f"(standard deviation over its frames > {MOVES:g}), so nothing can be compared"
             )
         yield errors
 
 
 def _norms(first: Float64, second: Float64, moves: npt.NDArray[np.bool_]) -> Float64:
-    """Return the Euclidean norms ``(n, T)`` of the difference of the features that count, ``(n, D)``."""
+    """Return the Euclidean norms ``(n, T)`` of the difference over the features in the mask, ``(n, D)``."""
     difference = first - second
     difference *= moves[:, np.newaxis]
     squares = np.einsum("ntd,ntd->nt", difference, difference)
@@ -250,7 +250,7 @@ def _norms(first: Float64, second: Float64, moves: npt.NDArray[np.bool_]) -> Flo
 def _moving(motion: Float64) -> npt.NDArray[np.bool_]:
     """Return where the standard deviation over the frames exceeds `MOVES`, ``(n, D)``.
 
-    It lies between the range / sqrt(2 T) and the range / 2, so only the features in between need it.
+    It lies between range / sqrt(2 T) and range / 2, so most features are decided by their range.
     """
     span = motion.max(axis=1) - motion.min(axis=1)
     moves: npt.NDArray[np.bool_] = span > 1.001 * MOVES * math.sqrt(2 * motion.shape[1])
@@ -261,7 +261,7 @@ def _moving(motion: Float64) -> npt.NDArray[np.bool_]:
 
 
 def _blocks(gt: Array, pred: Array) -> Iterator[tuple[int, Float64, Float64]]:
-    """Yield the first sequence of a block, and the block of both ``(n, T, D)``, as float64; never write to them."""
+    """Yield the index of a block's first sequence and both blocks ``(n, T, D)``, as float64; never write to them."""
     truths, predictions = (gt, pred) if gt.ndim == 3 else (gt[np.newaxis], pred[np.newaxis])
     height = max(1, _BLOCK // (truths.shape[1] * truths.shape[2]))
     for top in range(0, len(truths), height):
@@ -271,9 +271,9 @@ def _blocks(gt: Array, pred: Array) -> Iterator[tuple[int, Float64, Float64]]:
 
 
 def _scaled(first: Float64, second: Float64, gt: Array, pred: Array) -> tuple[Float64, Float64, int]:
-    """Return blocks of `gt` and `pred` times ``2**-shift``, and the shift, such that no square leaves the range.
+    """Return blocks of `gt` and `pred` times ``2**-shift``, and the shift; it keeps squares in range.
 
-    Raises the ValueError that names the place if it is not for their size that the squares left it.
+    Raise a ValueError that names the place of a value that is not finite.
     """
     peak = float(np.max([np.abs(first).max(), np.abs(second).max()]))  # NaN stays NaN
     if not math.isfinite(peak):

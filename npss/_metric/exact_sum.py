@@ -1,12 +1,12 @@
-"""Sums without rounding, so that a score does not depend on the order or the grouping of its parts.
+"""Sum without rounding, so that a score does not depend on the order or grouping of its parts.
 
-A float64 is a whole number times a power of two. Held as one Python integer in units of ``2**-UNIT``, a sum of them
-is exact, whatever their sizes: adding in another order, or merging partial sums, gives the same integer, and the
-quotient of two such integers, which Python rounds correctly, the same float.
+A float64 is an integer times a power of two. As one Python integer in units of ``2**-UNIT``, a sum of float64 is exact.
+Adding in another order or merging partial sums gives the same integer, and the quotient of two such integers, which
+Python rounds correctly, gives the same float.
 
-The terms are taken apart from their leading bits down: adding a large power of two to each of them, and
-subtracting it again, rounds them all to one grid, so coarse that float64 sums of them are exact and so fine that about
-forty bits are gone at each turn. What the rounding took off is exact, too, and is the next turn's term.
+Terms are split from their leading bits down. Adding a large power of two to each and subtracting it rounds them all to
+one grid. The grid is coarse enough for exact float64 sums, and fine enough to remove about forty bits in each turn. The
+remainders are exact, too, and are the terms of the next turn.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ import numpy.typing as npt
 
 from npss.validation import Float64
 
-# The smallest term: a subnormal weight (2**-1074, with 53 bits below it) of a feature whose values were scaled
-# by up to 2**1074 (and a little more where they cancel), which scales its power by up to twice that power of two.
+# The smallest term is a subnormal weight (2**-1074, with 53 bits below it) of a feature scaled by up to 2**1074 (a
+# little more where values cancel), which scales its power by up to the square of that.
 UNIT = 3400
 
 _MOST_TERMS = 2**26
-_LARGE = 900  # larger powers of two are scaled down first, lest the grid overflow
+_LARGE = 900  # scale larger powers of two down first: the grid would overflow
 
 
 def exact_sum(values: Float64, exponents: npt.NDArray[np.int64] | None = None) -> int:
-    """Return the sum of ``values * 2.0**exponents``, exactly, in units of ``2**-UNIT``.
+    """Return the exact sum of ``values * 2.0**exponents`` in units of ``2**-UNIT``.
 
     Parameters
     ----------
     values : ndarray of float64
         Finite; any shape.
     exponents : ndarray of int64, optional
-        Of the same shape, at least -2200; zero where it is left out.
+        Same shape, at least -2200 (default: zeros).
 
     Returns
     -------
     int
     """
     if values.size > _MOST_TERMS:
-        raise ValueError(f"values: {values.size} terms at once, at most {_MOST_TERMS} are summed exactly")
+        raise ValueError(f"values: expected at most {_MOST_TERMS} terms, got {values.size}")
     if exponents is None:
         return _sum(values, 0)
     return sum(_sum(values[exponents == exponent], exponent) for exponent in np.unique(exponents).tolist())

@@ -1,4 +1,4 @@
-"""The fields of signatures: what each says, what it may hold, and in which order they are printed."""
+"""The fields of signatures: meanings, allowed values and order."""
 
 from __future__ import annotations
 
@@ -14,29 +14,28 @@ Value = str | int | float | bool
 
 
 class Field(NamedTuple):
-    """What a field of a signature says, and what it may hold."""
+    """The meaning of a signature field and its allowed values."""
 
     says: str
-    #: 'text'; 'one of', and then nothing but the texts of `means`; 'whole number' (0 or more), 'number' (positive); or
-    #: 'any'.
+    #: 'text'; 'one of' the keys of `means`; 'whole number' (0 or more); 'number' (positive); or 'any'.
     kind: str = "text"
     means: Mapping[str, str] = MappingProxyType({})
 
 
-#: Arguments of `npss.signature` that no field can be called.
+#: Arguments of `npss.signature`, which are not valid field names.
 ARGUMENTS = ("metric", "version", "convention", "extra")
 
-#: Those that are printed first, in this order; the others, and fields of one's own, follow in alphabetical order.
+#: The fields printed first, in this order. Others, and user-defined fields, follow in alphabetical order.
 FIRST = ("representation", "frames", "fps", "window", "protocol", "unwrap")
 
-#: All fields that are known, in the order in which they are printed. The table of docs/signatures.md is this one.
+#: All known fields, in the order of printing. The table of docs/signatures.md lists the same.
 FIELDS: Mapping[str, Field] = MappingProxyType(
     {
         "representation": Field(
             "representation of the motion",
             means={
                 "euler": "Euler angles in the Human3.6M convention, columns 0-5 zeroed",
-                "global-quaternions": "unit quaternions of global rotations, as LaFAN1's benchmark has them",
+                "global-quaternions": "unit quaternions of global rotations, as in LaFAN1's benchmark",
             },
         ),
         "frames": Field("predicted frames (T)", "whole number"),
@@ -56,21 +55,21 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
             "one of",
             {
                 "off": "no",
-                "target": "yes, over the scored frames alone",
-                "seed": "yes, from the first seed frame on",
-                "continuous": "yes, and those of pi at gimbal lock (npss.rotations.continuous_euler)",
+                "target": "yes, over the scored frames only",
+                "seed": "yes, starting at the first seed frame",
+                "continuous": "yes, and jumps of pi at gimbal lock (npss.rotations.continuous_euler)",
             },
         ),
         "actions": Field("actions, or how many", "any"),
         "at_ms": Field("time of the Euler error, in milliseconds", "number"),
         "average": Field(
-            "Euler error", "one of", {"at": "at the stated times", "up-to": "averaged up to the stated times"}
+            "Euler error", "one of", {"at": "at the given times", "up-to": "averaged up to the given times"}
         ),
-        "better": Field("which numbers are better", "one of", {"lower": "lower ones", "higher": "higher ones"}),
+        "better": Field("better direction", "one of", {"lower": "lower", "higher": "higher"}),
         "clip": Field("clip that others are compared with"),
         "clips": Field("clips, or how many", "any"),
         "columns": Field(
-            "features that count in the Euler error",
+            "features compared in the Euler error",
             "one of",
             {
                 "gt": "those that move in the ground truth (standard deviation > 1e-4 over the frames)",
@@ -78,35 +77,35 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
                 "all": "all",
             },
         ),
-        "corruption": Field("what was done to the motion"),
-        "draws": Field("predictions whose mean it is", "whole number"),
-        "manifold": Field("manifold in which distances are taken"),
-        "matches": Field("clips that are to be found"),
-        "model": Field("what the motion was projected by"),
+        "corruption": Field("corruption of the motion"),
+        "draws": Field("predictions averaged", "whole number"),
+        "manifold": Field("manifold in which distances are measured"),
+        "matches": Field("clips to retrieve"),
+        "model": Field("model that projects the motion"),
         "motion": Field("digest of the motion"),
         "pairs": Field("pairs of windows", "whole number"),
         "quaternions": Field(
             "signs of quaternions",
             "one of",
             {
-                "continuous": "in each frame those nearer to the frame before (npss.rotations.continuous)",
-                "w>=0": "none has a negative w",
+                "continuous": "nearest to the frame before (npss.rotations.continuous)",
+                "w>=0": "no w is negative",
             },
         ),
-        "queries": Field("clips that were looked for", "whole number"),
-        "samples": Field("motions that were sampled", "whole number"),
-        "seed": Field("seed of what is random", "whole number"),
+        "queries": Field("query clips", "whole number"),
+        "samples": Field("sampled motions", "whole number"),
+        "seed": Field("seed of the random generator", "whole number"),
         "shares": Field("shares of the second motion"),
-        "source": Field("where the motion is from"),
+        "source": Field("source of the motion"),
         "statistics": Field("version of the rules for intervals and p-values", "whole number"),
-        "still": Field("sequences that stand still, which the Euler error leaves out", "whole number"),
-        "unlabelled": Field("clips without an action's name", "whole number"),
+        "still": Field("still sequences, excluded from the Euler error", "whole number"),
+        "unlabelled": Field("clips without an action label", "whole number"),
     }
 )
 
 
 def check_value(name: str, value: object) -> None:
-    """Raise a TypeError or ValueError unless a known field may hold that value."""
+    """Raise a TypeError or ValueError unless the value is valid for a known field."""
     field = FIELDS[name]
     if field.kind == "one of":
         one_of(name, value, tuple(field.means))
@@ -122,35 +121,35 @@ def check_value(name: str, value: object) -> None:
 def check_names(
     call: Callable[..., Any], context: Collection[str], extra: object, known: Collection[str] = ()
 ) -> dict[str, Value]:
-    """Return the fields of one's own that were passed to a function, after making sure of the names of all fields.
+    """Check the names of the fields passed to a function, and return the user-defined ones.
 
     Parameters
     ----------
     call : callable
-        The function, whose other arguments have names of their own.
+        The function.
     context : collection of str
-        Names of fields that were passed as keywords.
+        Names of the fields passed as keywords.
     extra : mapping of str to value, optional
-        What was passed as ``extra``.
+        The value of the argument ``extra``.
     known : collection of str, optional
-        Fields that the function states itself.
+        Fields that the function fills in.
 
     Raises
     ------
     TypeError
-        If a keyword is no known field: names the nearest argument or field. If the function states it itself. If
-        `extra` is no mapping, or has a name that a known field or an argument has.
+        If a keyword is not a known field (the message names the nearest argument or field), or is one that the
+        function fills in; if `extra` is not a mapping, or has the name of a known field or an argument.
     """
     for name in ("metric", "version", *known):
         if name in context:
             raise TypeError(f"{name}: the signature states it anyway; leave it out")
     parameters = inspect.signature(call).parameters.values()
-    arguments = [one.name for one in parameters if one.kind is not inspect.Parameter.VAR_KEYWORD]
+    arguments = [parameter.name for parameter in parameters if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
     for name in context:
         if name not in FIELDS:
             near = difflib.get_close_matches(name, [*arguments, *FIELDS], n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"one of your own goes into extra={{{name!r}: ...}}"
-            raise TypeError(f"{name}: not an argument nor a signature field; {hint}")
+            hint = f"did you mean {near[0]!r}?" if near else f"pass your own fields as extra={{{name!r}: ...}}"
+            raise TypeError(f"{name}: neither an argument nor a signature field; {hint}")
     if extra is None:
         return {}
     if not isinstance(extra, Mapping):
@@ -161,5 +160,5 @@ def check_names(
         if name in FIELDS:
             raise TypeError(f"extra: {name!r} is a known field: pass {name}=...")
         if name in (*arguments, *ARGUMENTS):
-            raise TypeError(f"extra: {name!r} is the name of an argument; call the field something else")
+            raise TypeError(f"extra: {name!r} is the name of an argument; rename the field")
     return dict(extra)

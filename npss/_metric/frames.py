@@ -1,4 +1,4 @@
-"""Times and frames: a time is a whole number of frames, or an error that names the nearest that are."""
+"""Convert times to frames: a time that is not a whole number of frames is an error, which names the nearest."""
 
 from __future__ import annotations
 
@@ -6,29 +6,29 @@ import math
 
 from npss.validation import is_real
 
-_MOST = 2**53  # frames; beyond, floats skip some
+_MOST = 2**53  # frames; float64 skips some integers beyond
 
 
 def whole_frames(name: str, time: float, fps: float, *, first: int = 0, last: int = _MOST) -> int:
-    """Return how many frames a time is.
+    """Convert a time to a number of frames.
 
     Parameters
     ----------
     name : str
-        What the caller calls this argument; errors begin with it.
+        Name of the argument, for errors.
     time : float
         In milliseconds.
     fps : float
         Frames per second.
     first, last : int, optional
-        The fewest and the most frames that are allowed.
+        The fewest and the most frames allowed.
 
     Raises
     ------
     TypeError
         If the time is not a real number.
     ValueError
-        If it is not a whole number of frames, or is out of range: names the nearest times that are allowed.
+        If it is not a whole number of frames, or out of range. The message names the nearest valid times.
     """
     if not is_real(time):
         raise TypeError(f"{name}: expected a time in ms, got {time!r}")
@@ -39,12 +39,12 @@ def whole_frames(name: str, time: float, fps: float, *, first: int = 0, last: in
     if not math.isfinite(frames):
         raise ValueError(f"{name}: {time} ms at {fps:g} frames per second is not a frame")
     nearest = round(frames)
-    # Decimal times are not exact in binary; a billionth of a frame is not meant.
+    # Decimal times are not exact in binary, so ignore a billionth of a frame.
     whole = abs(frames - nearest) <= 1e-9 * max(1.0, abs(frames))
     if whole and first <= nearest <= last:
         return nearest
     candidates = {nearest} if whole else {math.floor(frames), math.ceil(frames)}
     allowed = sorted({min(max(count, first), last) for count in candidates})
     nearby = " and ".join(f"{count * 1000 / fps:.10g}" for count in allowed)
-    why = "is out of range" if whole else "is not a whole number of frames"
-    raise ValueError(f"{name}: {time:.12g} ms {why} at {fps:g} frames per second; nearest: {nearby} ms")
+    reason = "is out of range" if whole else "is not a whole number of frames"
+    raise ValueError(f"{name}: {time:.12g} ms {reason} at {fps:g} frames per second; nearest: {nearby} ms")

@@ -1,27 +1,26 @@
-"""The heart: the distance and the weight of every feature of every sequence, block by block.
+"""Compute the distance and weight of every feature of every sequence, block by block.
 
-Notation. Of one feature of one sequence (a *column*), over T frames: F the discrete Fourier transform, P[k] the
-power of bin k (``abs(F)**2`` or ``F.real**2``). The input is real, so P[k] = P[T - k]: the first K = T//2 + 1 bins hold
-all that there is. *Folded* means that the bins which have a twin (all but DC and, for even T, the Nyquist bin) count
-double.
+Notation. A *column* is one feature of one sequence over T frames, F its discrete Fourier transform, P[k] the power of
+bin k (``abs(F)**2`` or ``F.real**2``). The input is real, so P[k] = P[T - k], and the first K = T//2 + 1 bins hold all
+information. In a *folded* spectrum, bins with a twin (all except DC and, for even T, the Nyquist bin) count double.
 
-The two-sided earth mover's distance from the folded spectra. Let F_k, G_k be the cumulative distributions of
-the two normalised *two-sided* spectra, d_k = G_k - F_k, and D_k the same difference for the *folded* spectra. By the
-symmetry, D_k = 2 d_k - d_0, and the upper half of the two-sided sum mirrors the lower one: bin T - 1 - k holds
-d_0 - d_k. A bin and its mirror add ``abs(d_k) + abs(d_k - d_0) = max(abs(d_0), abs(2 d_k - d_0))``, therefore
+The two-sided earth mover's distance from folded spectra. Let F_k, G_k be the cumulative distributions of the two
+normalised *two-sided* spectra, d_k = G_k - F_k, and D_k the same difference for the *folded* spectra. By symmetry,
+D_k = 2 d_k - d_0, and the upper half of the two-sided sum mirrors the lower one: bin T - 1 - k holds d_0 - d_k. A bin
+and its mirror add ``abs(d_k) + abs(d_k - d_0) = max(abs(d_0), abs(2 d_k - d_0))``, therefore
 
     sum_k abs(d_k)  =  sum_{k < T//2} max(abs(d_0), abs(D_k))  +  abs(d_0) / 2 for odd T, whose middle bin has d_0 / 2.
 
-A distribution of zeros (``zero='empty'``) against one that sums to 1 breaks the symmetry: there F_k + F_{T-1-k} is
-1 + F_0 for the latter, so the distance is (1 + F_0) T / 2.
+A distribution of zeros (``zero='empty'``) against one that sums to 1 breaks the symmetry: F_k + F_{T-1-k} is 1 + F_0
+for the latter, so the distance is (1 + F_0) T / 2.
 
-Layout. Columns stand side by side, in pieces that fit the processor's cache, and every step runs down the bins of
-all of them at once. No step mixes columns, and each adds up a column's bins in one order wherever the column stands:
-its distance and weight depend on its own values, T and the convention alone, to the last bit.
+Layout. Columns are side by side, in pieces that fit the processor's cache, and every step runs down the bins of all
+columns at once. No step mixes columns, and each sums a column's bins in an order that is independent of its place. So
+the bits of its distance and weight depend only on its values, T and the convention.
 
 Range. Power is squared, so values beyond 1e150 would overflow and below 1e-150 underflow. Columns whose total power
-leaves a safe range are computed again after scaling by powers of two, which is exact; the power's own exponent is
-returned beside it.
+leaves a safe range are computed again after exact scaling by powers of two; the exponent of their power is returned
+separately.
 """
 
 from __future__ import annotations
@@ -36,13 +35,13 @@ from npss._metric.convention import Convention
 from npss._metric.power import COLUMNS, Int64, PowerSpectrum, padded
 from npss.validation import Array, Float64, check_finite
 
-_BLOCK = 2**20  # values of one array in one block, which is enough work for one thread to be given
+_BLOCK = 2**20  # values of one array in one block: a thread's unit of work
 _BLOCK_COLUMNS = 2**15  # columns in one block, at most
-_MEMORY = 2**18  # values to work in: two megabytes, a processor core's cache
-_BUFFER = 1024  # numpy's own: with its usual 8192, it takes twice as long to pair all rows of a piece with one
-_SAFE = (1e-150, 1e150)  # total powers of which neither a bin that matters nor a ratio over- or underflows
+_MEMORY = 2**18  # working values: two megabytes, a processor core's cache
+_BUFFER = 1024  # numpy's buffer: at its default of 8192, broadcasting a row over a piece takes twice as long
+_SAFE = (1e-150, 1e150)  # total powers for which no relevant bin and no ratio over- or underflows
 
-#: Some sequences, and some of their features.
+#: Slices of sequences and features.
 Block = tuple[slice, slice]
 
 
@@ -53,11 +52,11 @@ class Tile(NamedTuple):
     features: slice
     distance: Float64  # (n, d)
     weight: Float64  # (n, d); zero where the ground truth has no power
-    exponent: Int64 | None  # (n, d); the weight is to be multiplied by 2**exponent
+    exponent: Int64 | None  # (n, d); multiply the weight by 2**exponent
 
 
 def blocks(motion: Array) -> list[Block]:
-    """Cut an ``(N, T, D)`` or ``(T, D)`` array into blocks that `tile` may be given in any order, or at once."""
+    """Cut an ``(N, T, D)`` or ``(T, D)`` array into blocks for `tile`, in any order or in parallel."""
     n_sequences, n_frames, n_features = motion.shape if motion.ndim == 3 else (1, *motion.shape)
     return _cut(n_sequences, n_features, min(_BLOCK_COLUMNS, max(COLUMNS, _BLOCK // n_frames)))
 
@@ -68,13 +67,13 @@ def tile(gt: Array, pred: Array, convention: Convention, block: Block) -> Tile:
     Raises
     ------
     ValueError
-        If a value of the block is NaN or infinite: names the argument and the first such index, anywhere in it.
+        If a value of the block is NaN or infinite. The message names the first such index of the whole argument.
     """
     rows, columns = block
     gt_block, pred_block = ((array if array.ndim == 3 else array[np.newaxis])[rows, :, columns] for array in (gt, pred))
     try:
         with np.errstate(all="ignore"):
-            np.setbufsize(_BUFFER)  # as long as errstate lasts
+            np.setbufsize(_BUFFER)  # errstate restores it
             return Tile(rows, columns, *_statistics(gt_block, pred_block, convention))
     except _NotFiniteError:
         check_finite("gt", gt)
@@ -89,7 +88,7 @@ def _statistics(gt: Array, pred: Array, convention: Convention) -> tuple[Float64
     n_bins = spectrum.n_bins
     height = 2 * n_bins + spectrum.n_scratch
     width = max(COLUMNS, min(padded(n * d), _MEMORY // height // COLUMNS * COLUMNS))
-    memory = np.empty(height * width)  # in one piece, which the allocator keeps ready for the next block
+    memory = np.empty(height * width)  # one allocation, which the allocator reuses for the next block
     distance, weight = np.empty((2, n, d))
     exponent: Int64 | None = None
     for rows, columns in _cut(n, d, width):
@@ -132,9 +131,9 @@ class _NotFiniteError(ValueError):
 class _Spectra(NamedTuple):
     power: Float64  # (K, m); what pads the n * d columns does not matter
     total: Float64  # (m,); the sum of the power over the bins
-    exponent: Int64 | None  # (n * d,); the total is to be multiplied by 2**exponent
-    norm: Float64  # (m,); the total, but 1 where there is no power
-    empty: bool  # whether there may be such a column
+    exponent: Int64 | None  # (n * d,); multiply the total by 2**exponent
+    norm: Float64  # (m,); the total, or 1 for a column without power
+    empty: bool  # whether columns without power are possible
 
 
 def _spectra(
@@ -162,7 +161,7 @@ def _spectra(
 
 def _distances(first: _Spectra, second: _Spectra, n_frames: int, convention: Convention) -> Float64:
     """Return the distances ``(m,)``; the first power is overwritten."""
-    # All distances below are times the norm of the second, by which they are divided in the end.
+    # All distances below are multiplied by the norm of the second; the last line divides by it.
     difference = np.multiply(first.power, second.norm / first.norm, out=first.power)
     difference -= second.power
     at_dc = np.abs(difference[0])

@@ -1,4 +1,4 @@
-"""A metric: a function, and all that commands, records, tables and signatures have to know of it."""
+"""A metric: its function and its description for commands, records, tables and signatures."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ OPTIONS = ("convention", "fps", "at_ms")
 
 
 class Measured(NamedTuple):
-    """The number of a set of motions, and what each sequence adds to the sums whose quotient it is."""
+    """The value for a set of motions, and each sequence's share of its numerator and denominator."""
 
     value: float
-    numerator: Float64 | None = None  # (N,); None where the number is no mean over sequences
+    numerator: Float64 | None = None  # (N,); None if the value is not a mean over sequences
     weight: Float64 | None = None  # (N,)
 
     def by_sequence(self) -> Float64 | None:
-        """Return the number of each sequence alone, ``(N,)``; 0 where it has no weight."""
+        """Return the value of each sequence, ``(N,)``; 0 where its weight is 0."""
         if self.numerator is None or self.weight is None:
             return None
         zeros = np.zeros(len(self.weight))
@@ -52,7 +52,7 @@ class Measured(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Metric:
-    """A metric, and how its numbers are computed, averaged, printed and explained.
+    """A metric: how its values are computed, averaged, printed and explained.
 
     Parameters
     ----------
@@ -60,40 +60,40 @@ class Metric:
         The first word of its signatures: lower-case letters, digits and ``_``.
     function : callable
         ``function(gt, pred)``, with `options` as keywords. Both are float64 arrays of the same shape, read-only and
-        finite, of N sequences of T frames: (N, T, D), or (N, T, J, 3) positions. It returns what `aggregation` says,
-        in finite numbers from 0 on.
+        finite, of N sequences of T frames: (N, T, D), or (N, T, J, 3) positions. It returns finite numbers >= 0, in
+        the form that `aggregation` describes.
     says : str
-        What it is, in a sentence without its name, for `npss.explain`.
+        The meaning, as a phrase without the name, for `npss.explain`.
     heading : str, optional
-        What its column is called; by default the name.
+        The heading of its column (default: `name`).
     aggregation : {'mean', 'weighted mean', 'none'}, optional
-        How the sequences make one number. ``'mean'``: the function returns a number for each, (N,).
+        How sequences are aggregated. ``'mean'``: the function returns a number for each sequence, (N,).
         ``'weighted mean'``: it returns two such arrays, the numbers and their weights, which depend on the ground
-        truth alone. ``'none'``: it returns one number of all sequences together, which has no interval and no test.
+        truth alone. ``'none'``: it returns one number for all sequences, which has no interval and no test.
     takes : {'angles', 'poses', 'positions'}, optional
-        What it is given: Euler angles in radians, or whatever else is scored; Human3.6M poses, exponential maps,
+        The input: Euler angles in radians, or any other features that are scored; Human3.6M poses, exponential maps,
         (N, T, 99); or positions of Human3.6M's joints in millimetres, (N, T, 32, 3).
     options : tuple of str, optional
-        What the function is called with besides: ``'fps'``, frames per second; ``'at_ms'``, a time in milliseconds
-        after the last seed frame, for a metric that has a column for each time.
+        Keyword arguments of the function: ``'fps'``, frames per second; ``'at_ms'``, a time in milliseconds after the
+        last seed frame, for a metric with a column for each time.
     unit : str, optional
-        The unit of its numbers.
+        The unit of its values.
     digits : int, optional
-        Decimal places in tables; by default as many as the table has.
+        Decimal places in tables (default: those of the table).
     lower_is_better : bool, optional
         The direction.
     fields : mapping of str to value, optional
-        What its signatures state besides, such as parameters of the function. The value None is for a field that
-        belongs to this metric alone, and whose value depends on the motion.
+        Further fields of its signatures, such as parameters of the function. None marks a field that belongs to this
+        metric alone and whose value depends on the motion.
 
     Raises
     ------
     TypeError, ValueError
-        If one of them is not as described: names it.
+        If a parameter is invalid. The message names it.
 
     See Also
     --------
-    register : make it known.
+    register : add the metric to the registry.
 
     Examples
     --------
@@ -129,7 +129,7 @@ class Metric:
             if not isinstance(text, str):
                 raise TypeError(f"{name}: expected text, got {text!r}")
             if not text.isprintable() or text != text.strip() or not (text or name == "unit"):
-                raise ValueError(f"{name}: expected one line of text without blanks around it, got {text!r}")
+                raise ValueError(f"{name}: expected one line of text without surrounding blanks, got {text!r}")
         if self.heading in CONVENTIONS:
             raise ValueError(f"heading: {self.heading!r} is the name of a convention")
         if not callable(self.function):
@@ -149,55 +149,55 @@ class Metric:
     def column(
         self, *, convention: str | None = None, window: str | None = None, at_ms: str | float | None = None
     ) -> str:
-        """Return what the column of one of its numbers is called: ``'NPSS paper 0-1 s'``, ``'Euler error 80 ms'``."""
+        """Return the name of a column: ``'NPSS paper 0-1 s'``, ``'Euler error 80 ms'``."""
         time = at_ms if isinstance(at_ms, str | None) else f"{at_ms:.10g}"
         parts = [self.heading, convention, window and f"{window} s", time and f"{time} ms"]
         return " ".join(part for part in parts if part)
 
     @property
     def sign(self) -> int:
-        """1 where lower is better, else -1."""
+        """1 if lower is better, else -1."""
         return 1 if self.lower_is_better else -1
 
     @property
     def has_conventions(self) -> bool:
-        """Whether it has a number for each convention."""
+        """Whether it has a value for each convention."""
         return "convention" in self.options
 
     @property
     def has_times(self) -> bool:
-        """Whether it has a number for each of several times."""
+        """Whether it has a value for each time."""
         return "at_ms" in self.options
 
     @property
     def labelled(self) -> str:
-        """The heading with the unit, as an axis has it."""
+        """The heading with the unit, for an axis."""
         return f"{self.heading} ({self.unit})" if self.unit else self.heading
 
     def stated(self) -> dict[str, Any]:
-        """Return what its signatures state: known fields by name, those of its own in ``extra``."""
-        known = {name: value for name, value in self.fields.items() if value is not None}
+        """Return the fields of its signatures: known fields by name, others in ``extra``."""
+        fields = {name: value for name, value in self.fields.items() if value is not None}
         if not self.lower_is_better:
-            known["better"] = "higher"
-        own = {name: known.pop(name) for name in list(known) if name not in FIELDS}
-        return known | ({"extra": own} if own else {})
+            fields["better"] = "higher"
+        extra = {name: fields.pop(name) for name in list(fields) if name not in FIELDS}
+        return fields | ({"extra": extra} if extra else {})
 
     def measure(self, gt: npt.ArrayLike, pred: npt.ArrayLike, *, pred_name: str = "pred", **options: Any) -> Measured:
-        """Call the function on motion of the kind that it takes, and make sure of what it returns.
+        """Call the function on motion, and check the result.
 
         Parameters
         ----------
         gt, pred : array_like
-            Of N sequences, or of a single one.
+            N sequences, or a single one.
         pred_name : str, optional
-            What errors call the prediction.
+            Name of the prediction, for errors.
         **options
-            All that are known; those that the metric has are passed on.
+            All available options; the metric's own are passed to the function.
 
         Raises
         ------
         TypeError, ValueError
-            If the input is not as described, an option is not known, or the function does not return what it should.
+            If the input is invalid, an option is missing, or the function returns an invalid result.
         """
         truth, prediction = self._read("gt", gt), self._read(pred_name, pred)
         if truth.shape != prediction.shape:
@@ -206,13 +206,13 @@ class Metric:
         passed = {}
         for name in self.options:
             if options.get(name) is None:
-                raise ValueError(f"{name}: {self.heading} needs it")
+                raise ValueError(f"{name}: required by {self.heading}")
             passed[name] = options[name]
         try:
-            found = self.function(truth, prediction, **passed)
+            result = self.function(truth, prediction, **passed)
         except BeyondFloat64Error as error:
             raise ValueError(f"{pred_name}: {error.what}") from error
-        return found if isinstance(found, Measured) else self._measured(found, len(truth))
+        return result if isinstance(result, Measured) else self._measured(result, len(truth))
 
     def _read(self, name: str, values: npt.ArrayLike) -> Float64:
         """Read motion as ``(N, T, D)`` or ``(N, T, J, 3)``, float64, finite and read-only."""
@@ -229,35 +229,35 @@ class Metric:
         view.flags.writeable = False
         return view
 
-    def _measured(self, found: object, n: int) -> Measured:
-        """Make sure of what a function returned, and aggregate it."""
+    def _measured(self, result: object, n: int) -> Measured:
+        """Check the result of the function and aggregate it."""
         where = f"metric {self.name!r}"
         if self.aggregation == "none":
-            if not is_real(found) and not (isinstance(found, np.ndarray) and found.ndim == 0):
-                raise TypeError(f"{where}: expected one number of all sequences, got {found!r:.100}")
-            return Measured(float(_numbers(where, np.reshape(found, 1), 1)[0]))
+            if not is_real(result) and not (isinstance(result, np.ndarray) and result.ndim == 0):
+                raise TypeError(f"{where}: expected one number for all sequences, got {result!r:.100}")
+            return Measured(float(_numbers(where, np.reshape(result, 1), 1)[0]))
         if self.aggregation == "mean":
-            values, weight = _numbers(where, found, n), np.ones(n)
+            values, weight = _numbers(where, result, n), np.ones(n)
             return Measured(float(values.mean()), values, weight)
-        if not isinstance(found, tuple) or len(found) != 2:
-            raise TypeError(f"{where}: expected a tuple of numbers and weights, got {found!r:.100}")
-        values, weight = _numbers(where, found[0], n), _numbers(f"{where}: weights", found[1], n)
+        if not isinstance(result, tuple) or len(result) != 2:
+            raise TypeError(f"{where}: expected a tuple of numbers and weights, got {result!r:.100}")
+        values, weight = _numbers(where, result[0], n), _numbers(f"{where}: weights", result[1], n)
         total = float(weight.sum())
         if total == 0:
-            raise ValueError(f"{where}: all weights are 0, so there is nothing to average")
+            raise ValueError(f"{where}: all weights are 0")
         numerator = values * weight
         return Measured(float(_numbers(where, numerator, n).sum() / total), numerator, weight)
 
 
 def _numbers(where: str, values: object, n: int) -> Float64:
-    """Read a number for each sequence, finite and not negative."""
+    """Read one finite, non-negative number for each sequence."""
     array: Array = real_array(where, values)  # type: ignore[arg-type]
     if array.shape != (n,):
         raise ValueError(f"{where}: expected a number for each of {n} sequences, shape ({n},), got {array.shape}")
     check_finite(where, array)
     if (array < 0).any():
         i = int((array < 0).argmax())
-        raise ValueError(f"{where}: {array[i]} at index ({i},); expected numbers from 0 on")
+        raise ValueError(f"{where}: {array[i]} at index ({i},); expected numbers >= 0")
     return array.astype(np.float64)
 
 
@@ -266,9 +266,9 @@ def _checked_fields(fields: object) -> dict[str, Value | None]:
         raise TypeError(f"fields: expected a mapping of names to values, got {fields!r}")
     for name, value in fields.items():
         if not isinstance(name, str) or not re.fullmatch(FIELD, name):
-            raise ValueError(f"fields: a signature's fields are named by ASCII letters, digits and '_', not {name!r}")
+            raise ValueError(f"fields: expected names of ASCII letters, digits and '_', got {name!r}")
         if name in ARGUMENTS and not (name == "convention" and value is None):
-            raise ValueError(f"fields: {name!r} is stated anyway; leave it out")
+            raise ValueError(f"fields: the signature states {name!r} anyway; leave it out")
         if name in FIELDS and value is not None:
             check_value(name, value)
         if name not in (*FIELDS, *ARGUMENTS) and not isinstance(value, str | int | float):

@@ -1,7 +1,7 @@
-"""The power spectra of many columns at once: bins down, columns across, and every column's bits its own.
+"""Compute the power spectra of many columns at once, bins by columns; no column's bits depend on the others.
 
-A *column* is one feature of one sequence, x[t] over T frames; F its discrete Fourier transform. Since x is real, the
-first K = T//2 + 1 bins hold all of it. Folding the frames about t = 0,
+A *column* is one feature of one sequence, x[t] over T frames, F its discrete Fourier transform. Since x is real, the
+first K = T//2 + 1 bins hold all of F. Folding the frames about t = 0,
 
     e[t] = x[t] + x[T - t],   o[t] = x[t] - x[T - t]   for 0 < t < T/2,   and e[t] = x[t] for t = 0 and t = T/2,
 
@@ -9,13 +9,12 @@ leaves two products with small matrices, K x K and S x S with S = (T - 1)//2:
 
     Re F[k]  =  sum_t cos(2 pi k t / T) e[t],        -Im F[k]  =  sum_t sin(2 pi k t / T) o[t].
 
-Up to some hundred frames this is faster than an FFT, and T may as well be prime. A factor of sqrt(2) in the rows of the
-bins 1 to S, which have a twin in F[T - k], makes the square of one count for both.
+Up to some hundred frames this is faster than an FFT, even for prime T. A factor of sqrt(2) in the rows of bins 1 to S,
+which have a twin F[T - k], makes their squares count double.
 
 Bits. The rounding of a matrix product may depend on its shape and on a column's place in it. So every product has
-`COLUMNS` columns (zeros where there are no more), which leaves its shape to T alone, and a T has matrices only if a
-trial gives a column the same bits in every place. Otherwise, as for long T, the FFT serves, which takes columns one
-by one.
+`COLUMNS` columns, padded with zeros, and its shape depends on T alone. Matrices are used for a T only if a trial gives
+a column the same bits in every place. Otherwise, and for long T, the FFT transforms one column at a time.
 """
 
 from __future__ import annotations
@@ -28,11 +27,11 @@ import numpy.typing as npt
 
 from npss.validation import Array, Float64
 
-COLUMNS = 48  # in every matrix product; the width of what is transformed at once is a multiple of it
-_PRODUCT = 250_000  # multiplications in one product: so few that BLAS starts no threads
-_TERMS = 160  # in the sums for a bin: up to so many, matrices are faster than the FFT ...
-_TERMS_ROUGH = 512  # ... or up to so many, where T has a prime factor above 13, on which the FFT is slow
-_FFT = 2**15  # values given to the FFT at once
+COLUMNS = 48  # columns of every matrix product; columns are padded to a multiple of it
+_PRODUCT = 250_000  # multiplications in one product: too few for BLAS to start threads
+_TERMS = 160  # most terms in the sums for a bin for which matrices are faster than the FFT ...
+_TERMS_ROUGH = 512  # ... and if T has a prime factor above 13, on which the FFT is slow
+_FFT = 2**15  # values passed to the FFT at once
 
 Int64 = npt.NDArray[np.int64]
 
@@ -45,9 +44,9 @@ class PowerSpectrum:
     n_frames : int
         T.
     power : {'real', 'magnitude'}
-        Of the real part of a bin alone, or of both parts.
+        Use the real part of a bin, or both parts.
     twins : bool
-        Whether the bins that have a twin count double.
+        Whether bins with a twin count double.
     """
 
     def __init__(self, n_frames: int, power: str, *, twins: bool) -> None:
@@ -57,7 +56,7 @@ class PowerSpectrum:
         self._twins = twins
         fast = self.n_bins + self._n_sines <= (_TERMS if _is_smooth(n_frames) else _TERMS_ROUGH)
         self._matrices = _matrices(n_frames, twins) if fast else None
-        #: Rows of memory needed to work in.
+        #: Rows of scratch memory needed.
         self.n_scratch = self._n_sines + (n_frames if self._matrices else 0)
 
     def __call__(self, motions: Array, power: Float64, scratch: Float64) -> Float64:
@@ -68,27 +67,27 @@ class PowerSpectrum:
         motions : ndarray
             The motions.
         power : (K, m) ndarray
-            To be overwritten: the n * d columns first, then zeros up to m, a multiple of `COLUMNS`.
+            Overwritten by the n * d columns, then zeros up to m, a multiple of `COLUMNS`.
         scratch : (n_scratch, m) ndarray
-            To work in.
+            Scratch memory.
 
         Returns
         -------
         ndarray
-            The sum over the bins, ``(m,)``. Where a value is not finite, or the power overflows, it is not finite.
+            The sum over the bins, ``(m,)``; not finite where a value is not finite or the power overflows.
         """
         return self._add_up(power, self._transform(motions, power, scratch))
 
     def rescaled(self, values: Float64) -> tuple[Float64, Float64, Int64]:
-        """Compute the power of ``(n, T)`` columns of any magnitude, none of them all zero.
+        """Compute the power of ``(n, T)`` nonzero columns of any magnitude.
 
-        First the values are scaled by a power of two, so that their transform cannot overflow, and then the
-        transform, so that its square can neither over- nor underflow.
+        Scale the values by a power of two, so that their transform cannot overflow, and then the transform, so that
+        its square can neither over- nor underflow.
 
         Returns
         -------
         power, total, exponent : ndarray
-            ``(K, n)``, ``(n,)`` and ``(n,)``; both of the former are to be multiplied by ``2**exponent``.
+            ``(K, n)``, ``(n,)`` and ``(n,)``; multiply `power` and `total` by ``2**exponent``.
         """
         n, m = len(values), padded(len(values))
         real, scratch = np.empty((self.n_bins, m)), np.empty((self.n_scratch, m))
@@ -99,16 +98,16 @@ class PowerSpectrum:
         return real[:, :n], total[:n], 2 * (before + after[:n])
 
     def _add_up(self, real: Float64, imaginary: Float64) -> Float64:
-        """Turn the real parts into the power, and return its sum over the bins."""
+        """Overwrite the real parts with the power, and return its sum over the bins."""
         np.square(real, out=real)
         if self._n_sines:
             real[1 : self._n_sines + 1] += np.square(imaginary, out=imaginary)
-        # Of several columns, always: the sum of a single one would be taken in another order.
+        # There are always several columns: numpy would sum a single one in another order.
         total: Float64 = real.sum(axis=0)
         return total
 
     def _transform(self, motions: Array, real: Float64, scratch: Float64) -> Float64:
-        """Fill `real` with the real parts, and return the imaginary ones, if they count, of bins 1 to S."""
+        """Fill `real` with the real parts, and return the imaginary parts of bins 1 to S if they are used."""
         if self._matrices:
             return self._by_matrices(motions, real, scratch, *self._matrices)
         return self._by_fft(motions, real, scratch)
@@ -153,7 +152,7 @@ def padded(n_columns: int) -> int:
 
 
 def _exponent(magnitudes: Float64) -> Int64:
-    """Return the powers of two that magnitudes just do not reach."""
+    """Return the smallest powers of two above the magnitudes."""
     exponent: Int64 = np.frexp(magnitudes)[1].astype(np.int64)
     return exponent
 
@@ -167,11 +166,11 @@ def _is_smooth(number: int) -> bool:
 
 @lru_cache(maxsize=4)
 def _matrices(n_frames: int, twins: bool) -> tuple[Float64, Float64] | None:
-    """Return K x K cosines and S x S sines, or None if the bits of products with them depend on a column's place."""
+    """Return K x K cosines and S x S sines, or None if the bits of their products depend on a column's place."""
     bins = np.arange(n_frames // 2 + 1)
     paired = slice(1, (n_frames + 1) // 2)
     angles = np.arange(n_frames) * (2 * math.pi / n_frames)
-    turns = np.outer(bins, bins) % n_frames  # in whole numbers, so that no angle exceeds a turn
+    turns = np.outer(bins, bins) % n_frames  # integers, so that no angle exceeds a full turn
     cosines = np.cos(angles)[turns]
     sines = np.sin(angles)[turns[paired, paired]]
     if twins:
@@ -188,7 +187,7 @@ def _matrices(n_frames: int, twins: bool) -> tuple[Float64, Float64] | None:
 
 
 def _multiply(matrix: Float64, columns: Float64, out: Float64) -> None:
-    """Multiply ``(rows, terms)`` by ``(terms, m)``, `COLUMNS` of the m and some of the rows at a time."""
+    """Multiply ``(rows, terms)`` by ``(terms, m)``, `COLUMNS` columns and a part of the rows at a time."""
     n_rows = len(matrix)
     n_parts = math.ceil(matrix.size * COLUMNS / _PRODUCT)
     for part in range(n_parts):

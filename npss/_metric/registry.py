@@ -1,4 +1,4 @@
-"""The metrics that are known: this library's own, and those that are registered."""
+"""The registry of metrics: built-in ones and those that users register."""
 
 from __future__ import annotations
 
@@ -57,32 +57,31 @@ MSE = Metric(
     heading="MSE",
 )
 
-#: All metrics by name: NPSS, the Euler error, the true mean of squares, and those that are registered.
+#: All metrics by name: NPSS, the Euler error, the mean squared error, and registered ones.
 METRICS: Registry[Metric] = Registry("metric", {metric.name: metric for metric in (NPSS, EULER_ERROR, MSE)})
 
 
 def register(metric: Metric, *, replace: bool = False) -> Metric:
-    """Make a metric known: records, tables, comparisons, signatures and commands then take it by its name.
+    """Register a metric, so that records, tables, comparisons, signatures and commands accept its name.
 
     Parameters
     ----------
     metric : Metric
         The metric.
     replace : bool, optional
-        Take the place of a registered metric of that name, as a notebook does whose cell is run again.
+        Replace a registered metric of the same name, as when a notebook cell is run again.
 
     Returns
     -------
     Metric
-        The same.
+        The same metric.
 
     Raises
     ------
     TypeError
-        If it is no `Metric`.
+        If it is not a `Metric`.
     ValueError
-        If a metric has that name, and is not to be replaced or is one of this library's own; or if its columns could
-        be taken for those of another.
+        If the name is taken by a built-in metric, or by another one without `replace`; or if the heading is ambiguous.
 
     Examples
     --------
@@ -103,46 +102,46 @@ def register(metric: Metric, *, replace: bool = False) -> Metric:
     for other in METRICS.values():
         if other.name != metric.name and _alike(metric.heading, other.heading):
             raise ValueError(
-                f"metric: the heading {metric.heading!r} could be taken for {other.heading!r}, that of {other.name!r}"
+                f"metric: the heading {metric.heading!r} is ambiguous: {other.name!r} has the heading {other.heading!r}"
             )
     METRICS.register(metric.name, metric, replace=replace)
     return metric
 
 
 def metric_called(name: object, argument: str = "metric") -> Metric:
-    """Return the metric of that name or heading.
+    """Return the metric with this name or heading.
 
     Raises
     ------
     TypeError, ValueError
-        If there is none: names the argument.
+        If there is none. The message names the argument.
     """
     if not isinstance(name, str):
         raise TypeError(f"{argument}: expected the name of a metric, got {name!r}")
-    found = METRICS.get(name) or next((one for one in METRICS.values() if one.heading == name), None)
-    if found is None:
-        raise ValueError(f"{argument}: no metric is called {name!r}; there are {', '.join(METRICS)}")
-    return found
+    metric = METRICS.get(name) or next((metric for metric in METRICS.values() if metric.heading == name), None)
+    if metric is None:
+        raise ValueError(f"{argument}: unknown metric {name!r}; known: {', '.join(METRICS)}")
+    return metric
 
 
 def metric_of_column(column: str) -> Metric | None:
-    """Return the metric that has such a column, if one is known."""
+    """Return the metric of a column, or None if it is unknown."""
     return next((metric for metric in METRICS.values() if _alike(metric.heading, column)), None)
 
 
 def direction(higher: Iterable[str]) -> str:
-    """Say which numbers are better, where those of some columns or headings are the higher ones."""
+    """Describe the better direction, given the columns or headings for which higher is better."""
     names = ", ".join(higher)
-    return f"lower is better, but higher of {names}" if names else "lower is better"
+    return f"lower is better, except for {names}" if names else "lower is better"
 
 
 def score_heading(name: str) -> str:
-    """Return what people call the numbers that signatures of records have under a name: a convention's, a metric's."""
+    """Return the heading of a score by its name in a record: that of a convention or a metric."""
     if name in CONVENTIONS:
         return NPSS.column(convention=name)
     return METRICS[name].heading if name in METRICS else name
 
 
 def _alike(one: str, other: str) -> bool:
-    """Say whether one is the other, or begins with it and a blank."""
+    """Return whether the two are equal, or one begins with the other and a blank."""
     return f"{one} ".startswith(f"{other} ") or f"{other} ".startswith(f"{one} ")

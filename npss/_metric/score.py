@@ -18,9 +18,9 @@ from npss.validation import Array, check_finite, each, is_integer, motion_pair, 
 def score(
     gt: npt.ArrayLike, pred: npt.ArrayLike, *, convention: ConventionName | Convention = "paper", workers: int = 1
 ) -> float:
-    """NPSS, the power-weighted mean distance between the power spectra of prediction and ground truth.
+    """Return the NPSS: the power-weighted mean distance between the power spectra of prediction and ground truth.
 
-    Lower is better; 0 says that the power spectra are equal, not that the motions are. A score without its convention,
+    Lower is better; 0 means that the power spectra are equal, not the motions. A score without its convention,
     representation and number of frames is not comparable: print `signature` with it.
 
     Parameters
@@ -30,11 +30,11 @@ def score(
     pred : array_like
         Prediction, of the same shape as `gt`.
     convention : {'paper', 'released', 'literal'} or Convention, optional
-        Which of the metric's meanings: what the paper's text defines (the default), what its released code computes
-        and published tables hold, its equations as printed, or choices of your own.
+        The definition of the metric: the paper's text (default), its released code (used in published tables), its
+        equations as printed, or choices of your own.
     workers : int, optional
-        Threads to share the work, as scipy counts them: -1 for all CPUs. More than one pays from some ten thousand
-        features of sequences on; the score is the same, to the bit.
+        Number of threads; -1 for all CPUs, as in scipy. Several threads pay off for more than some ten thousand
+        features of sequences, and give the same bits.
 
     Returns
     -------
@@ -45,10 +45,10 @@ def score(
     ------
     TypeError
         If `gt` or `pred` does not hold real numbers, the convention is neither a name nor a `Convention`, or `workers`
-        is no whole number.
+        is not a whole number.
     ValueError
-        If the shapes are wrong or differ, a value is NaN or infinite (named with its index), there are fewer than two
-        frames, the ground truth has no power at all, no convention has that name, or `workers` is out of range.
+        If the shapes are wrong or differ, a value is NaN or infinite (the message names its index), there are fewer
+        than two frames, the ground truth has no power, the convention is unknown, or `workers` is out of range.
 
     See Also
     --------
@@ -57,9 +57,8 @@ def score(
 
     Notes
     -----
-    Computed in float64 whatever the input's precision. The mean is a quotient of two exact sums: the order of
-    sequences and features does not change one bit of it. Inputs may be memory maps; they are read once, in small
-    blocks.
+    Computed in float64 for any precision of the input. The mean is a quotient of two exact sums, so the order of
+    sequences and features does not change its bits. Inputs may be memory maps; they are read once, in small blocks.
 
     References
     ----------
@@ -91,10 +90,10 @@ def score_windows(
     convention: ConventionName | Convention = "paper",
     workers: int = 1,
 ) -> dict[str, float]:
-    """NPSS of consecutive time windows: how good a prediction is in the short, medium and long term.
+    """Return the NPSS of consecutive time windows: the short, medium and long term.
 
-    Each window is scored alone: its spectrum is that of its own frames, without padding. Since windows
-    differ in length, their scores are comparable between models, not with each other.
+    Each window is scored separately: its spectrum uses only its frames, without padding. Windows differ in length, so
+    their scores are comparable between models, not with each other.
 
     Parameters
     ----------
@@ -103,7 +102,7 @@ def score_windows(
     fps : float
         Frames per second.
     edges_ms : sequence of float, optional
-        Where windows begin and end, in milliseconds from the first predicted frame; increasing.
+        Edges of the windows in milliseconds from the first predicted frame, increasing.
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `score`.
     workers : int, optional
@@ -112,12 +111,12 @@ def score_windows(
     Returns
     -------
     dict of str to float
-        The score of each window, under its name in seconds: ``'0-1'`` for that from 0 to 1000 ms.
+        The score of each window by its name in seconds: ``'0-1'`` is the window from 0 to 1000 ms.
 
     Raises
     ------
     TypeError, ValueError
-        As `score`; and where an edge is not on a frame, lies beyond the last one, or does not increase.
+        As for `score`; also if an edge is not on a frame or is beyond the last one, or edges do not increase.
 
     References
     ----------
@@ -132,23 +131,23 @@ def score_windows(
     {'0-1': 0.0, '1-2': 0.0, '2-4': 0.0}
     """
     truth, prediction = motion_pair(gt, pred)
-    chosen = as_convention(convention)
+    choices = as_convention(convention)
     n_frames = truth.shape[-2]
     rate = positive_number("fps", fps)
     edges = each("edges_ms", edges_ms)
     if len(edges) < 2:
         raise ValueError(f"edges_ms: expected at least two edges, got {edges_ms!r}")
     frames = [whole_frames("edges_ms", edge, rate, last=n_frames) for edge in edges]
-    check_finite("gt", truth)  # here, so that the index is that of the whole motion, not of a window
+    check_finite("gt", truth)  # here, so that errors give the index in the whole motion, not in a window
     check_finite("pred", prediction)
     scores: dict[str, float] = {}
     for begin, end, start, stop in zip(edges, edges[1:], frames, frames[1:], strict=False):
         name = f"{begin / 1000:g}-{end / 1000:g}"
         if stop <= start:
-            raise ValueError(f"edges_ms: {end:g} ms does not come after {begin:g} ms")
+            raise ValueError(f"edges_ms: {end:g} ms is not after {begin:g} ms")
         where = f" in the window {name} s"
         sums = weighted_sums(
-            truth[..., start:stop, :], prediction[..., start:stop, :], chosen, workers=workers, where=where
+            truth[..., start:stop, :], prediction[..., start:stop, :], choices, workers=workers, where=where
         )
         scores[name] = quotient(*sums, where)
     return scores
@@ -164,9 +163,9 @@ def weighted_sums(
     progress: Callable[[float], None] = lambda share: None,
     keep: Callable[[Tile], None] = lambda part: None,
 ) -> tuple[int, int]:
-    """Return the sums of weight times distance and of the weights, exact, in units of ``2**-UNIT``.
+    """Return the exact sums of weight times distance and of the weights, in units of ``2**-UNIT``.
 
-    `keep` is called with the statistics of each block; by several threads at once, if there are several.
+    Call `keep` with the statistics of each block, from several threads if there are several.
     """
     threads = n_workers(workers)
     if gt.shape[-2] < 2:
@@ -182,7 +181,7 @@ def weighted_sums(
     with ExitStack() as stack:
         parts: Iterable[tuple[int, int]] = map(sums, cut)
         if threads > 1 and len(cut) > 1:
-            from concurrent.futures import ThreadPoolExecutor  # here, since few need it and its import takes a while
+            from concurrent.futures import ThreadPoolExecutor  # here, because its import is slow and rarely needed
 
             pool = ThreadPoolExecutor(min(threads, len(cut)))
             stack.callback(pool.shutdown, cancel_futures=True)
@@ -195,18 +194,18 @@ def weighted_sums(
 
 
 def n_workers(workers: object) -> int:
-    """Return how many threads `workers` stands for: -1 for all CPUs, -2 for all but one."""
+    """Return the number of threads: -1 means all CPUs, -2 all but one."""
     if not is_integer(workers):
         raise TypeError(f"workers: expected a whole number, got {workers!r}")
     cpus = os.cpu_count() or 1
     threads = int(workers) if workers >= 0 else cpus + 1 + int(workers)
     if threads < 1:
-        raise ValueError(f"workers: expected a number from 1 on, or from -1 (all CPUs) to -{cpus}, got {workers}")
+        raise ValueError(f"workers: expected a positive number, or -1 (all CPUs) to -{cpus}, got {workers}")
     return threads
 
 
 def quotient(numerator: int, denominator: int, where: str = "") -> float:
-    """Return the weighted mean, correctly rounded, or raise the ValueError that there is none."""
+    """Return the weighted mean, correctly rounded, or raise a ValueError if the weights are 0."""
     if denominator == 0:
         raise ValueError(f"gt: no power in any feature of any sequence{where}, so there is nothing to score")
     return numerator / denominator

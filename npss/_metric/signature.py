@@ -1,10 +1,10 @@
-"""Signatures: one line that states every choice behind a number, written, read back, and never guessed.
+"""Write and read signatures: one line that states every choice behind a number.
 
 ``npss|version:1|convention:paper|representation:euler|frames:100|fps:25|unwrap:off``
 
-Fields are separated by ``|``, a field's name and value by ``:``. Numbers and truth values stand bare, and so does text
-that could not be taken for one of them; other text is quoted as JSON. The separators, and ``%``, inside a text are
-written as ``%7C``, ``%3A``, ``%2B`` and ``%25``, so that a signature always splits at its separators.
+``|`` separates fields, ``:`` a field's name from its value. Numbers, booleans and unambiguous text are bare; other text
+is quoted as JSON. Separators and ``%`` in text are escaped as ``%7C``, ``%3A``, ``%2B`` and ``%25``, so that a
+signature always splits at its separators.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from npss._metric.metric import FIELD, NAME, Metric
 from npss._metric.registry import METRICS, NPSS, metric_called
 from npss.validation import each, is_integer, positive_integer
 
-#: Raised only when a change of the library changes a number. It says so in the changelog, too.
+#: Increased only when a release changes numbers, as its changelog then says.
 METRIC_VERSION = 1
 
 _METRIC = rf"{NAME}(\+{NAME})*"
@@ -42,39 +42,39 @@ def signature(
     extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> str:
-    """Write the line that states every choice behind a score.
+    """Return the line that states every choice behind a score.
 
-    A pure function: equal values give equal text, whatever the order of the keywords.
+    A pure function: equal values give equal text, in any order of the keywords.
 
     Parameters
     ----------
     convention : str, Convention, or a sequence of them; optional
-        The convention of the score; several where one record holds the scores of several; None for a
-        metric that has none (the Euler error).
+        The convention of the score; several if one record holds several scores; None for a metric without
+        conventions (the Euler error).
     metric : str, optional
         The metric, or several joined by ``+``: ``'npss'``, ``'euler_error'``, ``'mse'``, or one of your own.
     version : int, optional
         The version of the metric: it changes only when numbers change.
     extra : mapping of str to str, int, float or bool; optional
-        Fields of one's own, by names that neither a known field nor an argument has.
+        Your own fields, whose names differ from known fields and arguments.
     **context : str, int, float or bool
-        What else the number depends on, in the known fields: ``representation`` (``'euler'``), ``frames`` (T), ``fps``
-        (frames per second), ``window`` (``'0-1'``, in seconds), ``protocol`` (``'srnn-8'``), ``unwrap`` (``'off'``,
-        ``'target'``, ``'seed'``), and more that docs/signatures.md lists.
+        Known fields: ``representation`` (``'euler'``), ``frames`` (T), ``fps`` (frames per second), ``window``
+        (``'0-1'``, in seconds), ``protocol`` (``'srnn-8'``), ``unwrap`` (``'off'``, ``'target'``, ``'seed'``), and
+        others that docs/signatures.md lists.
 
     Returns
     -------
     str
-        The signature; `parse_signature` reads it back.
+        The signature; `parse_signature` reads it.
 
     Raises
     ------
     TypeError
-        If a keyword is no known field: names the nearest. If `extra` has the name of a known field or an argument, or a
-        value is not of the kind that its field holds.
+        If a keyword is not a known field (the message names the nearest), `extra` has the name of a known field or an
+        argument, or a value has the wrong type for its field.
     ValueError
-        If a value is none that its field may hold, is NaN or infinite, a convention or metric is not one, or a
-        convention is given for a metric that has none.
+        If a value is invalid for its field, NaN or infinite, a convention or metric is invalid, or a convention is
+        given for a metric without conventions.
 
     Examples
     --------
@@ -86,52 +86,52 @@ def signature(
     >>> npss.signature(frames=100, extra={"data": "v2"})
     'npss|version:1|convention:paper|frames:100|data:v2'
     """
-    own = check_names(signature, context, extra)
+    own_fields = check_names(signature, context, extra)
     if not isinstance(metric, str):
         raise TypeError(f"metric: expected text such as 'npss', got {metric!r}")
     if not re.fullmatch(_METRIC, metric):
         raise ValueError(f"metric: expected lower-case names joined by '+', got {metric!r}")
     parts = [metric, f"version:{positive_integer('version', version)}"]
     if convention is not None:
-        if not any(one in METRICS and METRICS[one].has_conventions for one in metric.split("+")):
+        if not any(name in METRICS and METRICS[name].has_conventions for name in metric.split("+")):
             raise ValueError(f"convention: {metric} has none; pass None")
-        several = (
+        conventions = (
             [convention] if isinstance(convention, str | Convention) else each("convention", convention, "conventions")
         )
-        if not several:
+        if not conventions:
             raise ValueError("convention: expected at least one")
-        parts.append("convention:" + "+".join(_write_convention(one) for one in several))
-    for name in own:
+        parts.append("convention:" + "+".join(map(_write_convention, conventions)))
+    for name in own_fields:
         if not re.fullmatch(FIELD, name):
-            raise ValueError(f"extra: a signature's fields are named by ASCII letters, digits and '_', not {name!r}")
+            raise ValueError(f"extra: expected names of ASCII letters, digits and '_', got {name!r}")
     for name, value in context.items():
         check_value(name, value)
-    stated = {**context, **own}
-    ordered = [name for name in FIRST if name in stated] + sorted(set(stated) - set(FIRST))
-    return "|".join([*parts, *(f"{name}:{_write(name, stated[name])}" for name in ordered)])
+    values = {**context, **own_fields}
+    ordered = [name for name in FIRST if name in values] + sorted(set(values) - set(FIRST))
+    return "|".join([*parts, *(f"{name}:{_write(name, values[name])}" for name in ordered)])
 
 
 def parse_signature(signature: str) -> dict[str, Any]:
-    """Read a signature back.
+    """Parse a signature.
 
     Parameters
     ----------
     signature : str
-        What `signature` wrote.
+        A signature, as written by `signature`.
 
     Returns
     -------
     dict
-        The arguments that write it again, ``npss.signature(**npss.parse_signature(s)) == s``: ``metric``, ``version``,
-        ``convention`` (a name where it has one, else a `Convention`; a tuple where there are several; None where
-        there is none), the known fields by name, and all others in ``extra``, if there are any.
+        The arguments of `signature`, so that ``npss.signature(**npss.parse_signature(s)) == s``: ``metric``,
+        ``version``, ``convention`` (a name, or a `Convention` if unnamed; a tuple of several; None if the metric has
+        none), known fields by name, and other fields, if any, in ``extra``.
 
     Raises
     ------
     TypeError
         If it is not text.
     ValueError
-        If it is not a signature; the message quotes the part that is not.
+        If it is not a signature. The message quotes the invalid part.
 
     Examples
     --------
@@ -149,7 +149,7 @@ def parse_signature(signature: str) -> dict[str, Any]:
     for part in parts:
         name, colon, text = part.partition(":")
         if not colon or not re.fullmatch(FIELD, name) or name in (*values, *extra, "extra"):
-            raise ValueError(f"signature: {part!r} is not a new field 'name:value' in {signature!r}")
+            raise ValueError(f"signature: {part!r} is not a field 'name:value', or a duplicate, in {signature!r}")
         if name == "convention":
             values[name] = _read_convention(text)
         elif name == "version" or name in FIELDS:
@@ -157,7 +157,7 @@ def parse_signature(signature: str) -> dict[str, Any]:
         else:
             extra[name] = _read(name, text)
     if not is_integer(values.get("version")):
-        raise ValueError(f"signature: no whole number as version in {signature!r}")
+        raise ValueError(f"signature: expected a whole number as version in {signature!r}")
     for name in FIELDS.keys() & values.keys():
         try:
             check_value(name, values[name])
@@ -168,51 +168,51 @@ def parse_signature(signature: str) -> dict[str, Any]:
 
 
 def stated_of(metric: str, values: dict[str, Any]) -> dict[str, Any]:
-    """Return what a parsed signature, perhaps of several metrics, states of one of them."""
+    """Return the values of a parsed signature, perhaps of several metrics, that apply to one metric."""
     if values["metric"] == metric:
         return values
-    own = metric_called(metric)
+    entry = metric_called(metric)
     others = {name for other in values["metric"].split("+") if other in METRICS for name in METRICS[other].fields}
-    stated = {name: value for name, value in values.items() if name in own.fields or name not in others}
-    stated = {"convention": None, **stated, "metric": metric}
-    if own.takes != "angles":
-        return {name: value for name, value in stated.items() if name not in ("representation", "unwrap")}
-    # In a record, jumps are removed for NPSS alone.
-    return stated if "unwrap" in own.fields else stated | {"unwrap": "off"}
+    own_values = {name: value for name, value in values.items() if name in entry.fields or name not in others}
+    own_values = {"convention": None, **own_values, "metric": metric}
+    if entry.takes != "angles":
+        return {name: value for name, value in own_values.items() if name not in ("representation", "unwrap")}
+    # In a record, jumps are removed only for NPSS.
+    return own_values if "unwrap" in entry.fields else own_values | {"unwrap": "off"}
 
 
 def stated_with(
     call: Callable[..., Any], context: Mapping[str, Value], extra: Mapping[str, Value] | None, **known: Value
 ) -> dict[str, Any]:
-    """Return what a signature states: what was passed to a function, and what it knows, which that may not contradict.
+    """Return the fields of a signature: those passed to a function, and those that it fills in.
 
     Raises
     ------
     TypeError
-        As `check_names`.
+        As for `check_names`.
     """
     return {**known, **context, "extra": check_names(call, context, extra, known)}
 
 
 def higher_is_better(signature: str) -> bool:
-    """Say whether higher numbers of that signature are better: where it says so."""
+    """Return whether a signature states that higher is better."""
     return bool(parse_signature(signature).get("better") == "higher")
 
 
-def with_fields_of(metric: Metric, stated: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a signature states, and what that of a metric states besides.
+def with_fields_of(metric: Metric, fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Add the fields of a metric to those of a signature.
 
     Raises
     ------
     TypeError
-        If it states that already.
+        If the signature has one of them already.
     """
     own = metric.stated()
-    extra, own_extra = stated.get("extra", {}), own.pop("extra", {})
+    extra, own_extra = fields.get("extra", {}), own.pop("extra", {})
     for name in (*own, *own_extra):
-        if name in stated or name in extra:
+        if name in fields or name in extra:
             raise TypeError(f"{name}: the signature states it anyway; leave it out")
-    return {**stated, **own, "extra": {**own_extra, **extra}}
+    return {**fields, **own, "extra": {**own_extra, **extra}}
 
 
 def _write(name: str, value: object) -> str:
@@ -224,8 +224,8 @@ def _write(name: str, value: object) -> str:
         return str(value)
     if isinstance(value, float):
         if not math.isfinite(value):
-            raise ValueError(f"{name}: {value} has no place in a signature")
-        # 25.0 and 25 are the same number and must not make two signatures.
+            raise ValueError(f"{name}: expected a finite number, got {value}")
+        # 25.0 and 25 are the same number, so their signatures must be equal.
         return str(int(value)) if value.is_integer() else repr(value)
     if not isinstance(value, str):
         raise TypeError(f"{name}: expected text, a number or a truth value, got {value!r}")
@@ -253,18 +253,18 @@ def _read(name: str, text: str) -> Value:
 
 
 def _is_number_or_truth(text: str) -> bool:
-    return text in ("true", "false") or bool(re.fullmatch(_FLOAT, text))  # which every integer is
+    return text in ("true", "false") or bool(re.fullmatch(_FLOAT, text))  # _FLOAT matches integers, too
 
 
 def _write_convention(convention: str | Convention) -> str:
-    chosen = as_convention(convention)
-    choices = ",".join(f"{field.name}={getattr(chosen, field.name)}" for field in fields(chosen))
-    return convention_name(chosen) or choices
+    convention = as_convention(convention)
+    choices = ",".join(f"{field.name}={getattr(convention, field.name)}" for field in fields(convention))
+    return convention_name(convention) or choices
 
 
 def _read_convention(text: str) -> str | Convention | tuple[str | Convention, ...]:
-    several = tuple(_read_one_convention(one) for one in text.split("+"))
-    return several[0] if len(several) == 1 else several
+    conventions = tuple(map(_read_one_convention, text.split("+")))
+    return conventions[0] if len(conventions) == 1 else conventions
 
 
 def _read_one_convention(text: str) -> str | Convention:
@@ -274,6 +274,6 @@ def _read_one_convention(text: str) -> str | Convention:
     pairs = [choice.partition("=") for choice in text.split(",")]
     choices = {name: choice for name, _, choice in pairs}
     if sorted(name for name, _, _ in pairs) != sorted(field.name for field in fields(Convention)):
-        raise ValueError(f"convention: {text!r} does not state each choice of a Convention once")
-    convention = Convention(**choices)  # type: ignore[arg-type]  # which checks them
+        raise ValueError(f"convention: expected each choice of a Convention once, got {text!r}")
+    convention = Convention(**choices)  # type: ignore[arg-type]  # checked by Convention
     return convention_name(convention) or convention

@@ -125,7 +125,7 @@ def test_what_is_no_seed(seed):
 
 
 def test_no_seed_is_negative():
-    with pytest.raises(ValueError, match=r"^seed: expected a whole number from 0 on, got -1"):
+    with pytest.raises(ValueError, match=r"^seed: expected a whole number >= 0, got -1"):
         generator(-1)
 
 

@@ -708,7 +708,7 @@ def test_what_commands_refuse(run, tmp_path, capsys, monkeypatch):
             "--tf32: needs a CUDA device",
         ),
         (["predict", run, "--out", tmp_path / "x.mat"], "--out: expected a .h5, .hdf5 or .npz file, got"),
-        (["predict", run, "--out", tmp_path / "x.h5", "--seed", -1], "seed: expected a whole number from 0 on, got -1"),
+        (["predict", run, "--out", tmp_path / "x.h5", "--seed", -1], "seed: expected a whole number >= 0, got -1"),
         (["predict", run, "--out", tmp_path / "x.h5", "--actions", "eating"], "action: expected one of gait"),
     ):
         assert command(*wrong) == 2

@@ -223,5 +223,5 @@ def test_seeds_that_are_none():
     for seed in (None, 1.0, "1", True, [1]):
         with pytest.raises(TypeError, match=r"^seed: expected a whole number or a numpy\.random\.Generator, got"):
             bootstrap_interval(*sequences(4), seed=seed)
-    with pytest.raises(ValueError, match=r"^seed: expected a whole number from 0 on, got -1"):
+    with pytest.raises(ValueError, match=r"^seed: expected a whole number >= 0, got -1"):
         bootstrap_interval(*sequences(4), seed=-1)

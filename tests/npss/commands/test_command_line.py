@@ -243,7 +243,7 @@ def test_what_cannot_be_done_is_one_line_and_status_2(capsys, tmp_path, poses, m
 def test_explain(capsys):
     status, out, _ = run(capsys, "explain", "npss|version:1|convention:released|frames:100")
     assert status == 0
-    assert "the square of the real part alone" in out
+    assert "the square of the real part" in out
     status, _, err = run(capsys, "explain", "released")
     assert status == 2
     assert "signature:" in err

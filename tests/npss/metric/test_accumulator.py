@@ -82,7 +82,7 @@ def test_merging_in_place_and_not(pair):
     assert (empty | first).state() == (first | empty).state() == first.state()
 
 
-def test_the_state_of_nothing(pair):
+def test_the_state_of_an_empty_accumulator(pair):
     assert npss.Accumulator().state() == {
         "signature": "npss|version:1|convention:paper|frames:0",
         "features": 0,
@@ -92,7 +92,7 @@ def test_the_state_of_nothing(pair):
     }
 
 
-def test_it_says_what_it_is(pair):
+def test_the_report_and_the_repr(pair):
     accumulator = npss.Accumulator(convention="released").update(*pair)
     assert repr(accumulator) == "<npss.Accumulator of 5 sequences, convention released>"
     assert accumulator.report() == {
@@ -119,7 +119,7 @@ class TestRefuses:
             accumulator |= npss.Accumulator().update(*pair[:, :, :10])
         assert accumulator.state() == state
 
-    def test_bad_batches_without_adding_a_part_of_them(self, pair):
+    def test_bad_batches_and_stays_unchanged(self, pair):
         accumulator = npss.Accumulator().update(*pair)
         state = accumulator.state()
         bad = pair[0].copy()
@@ -130,8 +130,8 @@ class TestRefuses:
             npss.Accumulator().update(*pair[:, :, :1])
         assert accumulator.state() == state
 
-    def test_to_score_nothing(self, pair):
-        with pytest.raises(ValueError, match="nothing was added"):
+    def test_empty_accumulators(self, pair):
+        with pytest.raises(ValueError, match="the accumulator is empty"):
             npss.Accumulator().result()
         powerless = npss.Accumulator().update(0 * pair[0], pair[1])
         with pytest.raises(ValueError, match="gt: no power"):
@@ -149,21 +149,21 @@ class TestRefuses:
         ("change", "message"),
         [
             ({"signature": "npss|version:2|convention:paper|frames:12"}, "version"),
-            ({"signature": "npss|version:1|convention:paper"}, "of version 1 of the metric"),
-            ({"signature": "mse|version:1|frames:12"}, "of version 1 of the metric"),
+            ({"signature": "npss|version:1|convention:paper"}, "of metric version 1"),
+            ({"signature": "mse|version:1|frames:12"}, "of metric version 1"),
             ({"signature": "npss|version:1|convention:paper|frames:many"}, "signature"),
             ({"signature": "nonsense"}, "signature"),
             ({"features": -1}, "features and sequences must be whole numbers"),
             ({"features": 2.5}, "features and sequences must be whole numbers"),
             ({"features": True}, "features and sequences must be whole numbers"),
-            ({"sequences": 0}, "do not belong together"),
-            ({"numerator": "-1"}, "do not belong together"),
-            ({"numerator": "xyz"}, "its sums must be hexadecimal"),
-            ({"numerator": 3}, "its sums must be hexadecimal"),
+            ({"sequences": 0}, "contradict each other"),
+            ({"numerator": "-1"}, "contradict each other"),
+            ({"numerator": "xyz"}, "numerator and denominator must be hexadecimal"),
+            ({"numerator": 3}, "numerator and denominator must be hexadecimal"),
             ({"extra": 1}, "expected a dict with the keys"),
         ],
     )
-    def test_what_is_no_state(self, pair, change, message):
+    def test_invalid_states(self, pair, change, message):
         state = npss.Accumulator().update(*pair).state()
         with pytest.raises(ValueError, match=message):
             npss.Accumulator.from_state({**state, **change})

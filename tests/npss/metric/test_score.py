@@ -176,7 +176,7 @@ class TestWindows:
             ),
             ((0, 5000), "edges_ms: 5000 ms is out of range at 25 frames per second; nearest: 4000 ms"),
             ((-1000, 1000), "edges_ms: -1000 ms is out of range at 25 frames per second; nearest: 0 ms"),
-            ((0, 2000, 1000), "edges_ms: 1000 ms does not come after 2000 ms"),
+            ((0, 2000, 1000), "edges_ms: 1000 ms is not after 2000 ms"),
             ((1000,), "edges_ms: expected at least two edges"),
             ((0, 40), r"gt: one frame in the window 0-0\.04 s"),
         ],

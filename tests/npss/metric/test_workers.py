@@ -78,7 +78,7 @@ def test_negative_numbers_count_from_all_cpus(monkeypatch):
     monkeypatch.setattr(os, "cpu_count", lambda: 8)
     assert [n_workers(workers) for workers in (1, 5, 20, -1, -8, np.int64(2))] == [1, 5, 20, 8, 1, 2]
     for workers in (0, -9):
-        with pytest.raises(ValueError, match=r"workers: expected a number from 1 on, or from -1 .* to -8"):
+        with pytest.raises(ValueError, match=r"workers: expected a positive number, or -1 .* to -8"):
             n_workers(workers)
     monkeypatch.setattr(os, "cpu_count", lambda: None)
     assert n_workers(-1) == 1
