@@ -1,27 +1,27 @@
-"""What to install where an optional package is missing, in the words that every message has."""
+"""The install hints for optional packages, in one wording for all messages."""
 
 from __future__ import annotations
 
 __all__ = ["install_hint"]
 
-#: Until the names are registered on an index, anybody may take them there, so hints install from the project's folder.
+#: Anybody may register the names on an index before this project does, so hints install from the project's folder.
 HINT = "in the project's folder: pip install {}"
 
 
 def install_hint(extras: str, *, baselines: bool = False) -> str:
-    """Return how to install extras.
+    """Return the command that installs extras.
 
     Parameters
     ----------
     extras : str
-        Their names, separated by commas.
+        Names of the extras, separated by commas.
     baselines : bool, optional
-        Whether they are extras of ``npss-baselines``, and not of ``npss-metric``.
+        Whether they are extras of ``npss-baselines`` instead of ``npss-metric``.
 
     Returns
     -------
     str
-        The end of a message that says what is missing.
+        The end of a message about a missing package.
 
     Examples
     --------

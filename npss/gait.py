@@ -1,7 +1,7 @@
-"""A generated gait in the layout of Human3.6M: motion to try things on where there is no data.
+"""Generate gaits in the layout of Human3.6M: motion to try things without data.
 
-Nobody's walk, nor fitted to one: the joints of a leg swing at the stride's frequency and its double, the two sides in
-antiphase, the arms against the legs. What makes it worth predicting is that tempo and vigour drift.
+The gait is not fitted to any recording. Joints of a leg swing at the stride frequency and its double, the two sides in
+antiphase, the arms against the legs. Tempo and vigour drift, so prediction is not trivial.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from npss.validation import Float64, Seed, generator, positive_integer, positive
 __all__ = ["gait"]
 
 _ROOT = 6  # columns 0-2: displacement of the root since the frame before, in mm; 3-5: its rotation
-# What swings most, by column: mean angle, amplitude at the stride's frequency and at its double (radians), and by how
-# much of a stride it lags. The other columns of COLUMNS only sway.
+# The columns that swing most: mean angle, amplitude at the stride frequency and at its double (radians), and lag in
+# strides. The other columns of COLUMNS only sway.
 _SWINGS = {
     6: (0.15, 0.40, 0.05, 0.0),  # right hip
     9: (-0.50, -0.40, 0.15, 0.75),  # right knee
@@ -43,29 +43,29 @@ _SWINGS = {
 
 @renamed(rng="seed")
 def gait(n: int, n_frames: int, *, fps: float = FPS, seed: Seed) -> Float64:
-    """Generate walks, each of another walker.
+    """Generate walks, each of a different walker.
 
     Parameters
     ----------
     n : int
         Number of sequences.
     n_frames : int
-        Frames of each.
+        Frames of each sequence.
     fps : float, optional
         Frames per second.
     seed : int or numpy.random.Generator
-        Where randomness comes from; with the same number, the same walks.
+        The same number gives the same walks.
 
     Returns
     -------
     (n, n_frames, 99) ndarray of float64
         Displacement of the root per frame in millimetres, then rotations as exponential maps in radians. The columns
-        that do not vary in Human3.6M, those not in `npss.protocol.COLUMNS`, are zero.
+        that are constant in Human3.6M (not in `npss.protocol.COLUMNS`) are zero.
 
     Raises
     ------
     TypeError
-        If a number is not one, or `seed` is neither a whole number nor a generator.
+        If an argument is not a number, or `seed` is neither a whole number nor a generator.
     ValueError
         If a number is not positive, or `seed` is negative.
 
@@ -83,7 +83,7 @@ def gait(n: int, n_frames: int, *, fps: float = FPS, seed: Seed) -> Float64:
     time = np.arange(n_frames) / rate
     cadence = rng.uniform(0.75, 1.05, (n, 1))  # strides per second
     tempo = cadence * (1 + 0.1 * _drift(rng, n, time))
-    # The integral of the tempo, by trapezia: the same walk at every frame rate.
+    # The integral of the tempo, by the trapezoidal rule: the same walk at every frame rate.
     strides = rng.random((n, 1)) + (np.cumsum(tempo, axis=1) - (tempo + tempo[:, :1]) / 2) / rate
     vigour = rng.uniform(0.8, 1.2, (n, 1)) * (1 + 0.15 * _drift(rng, n, time))  # (n, T)
 
@@ -93,19 +93,19 @@ def gait(n: int, n_frames: int, *, fps: float = FPS, seed: Seed) -> Float64:
             mean, first, second, lag = _SWINGS[column]
         else:
             mean, first, second, lag = 0.0, 0.03, 0.03, rng.random()
-        style = rng.normal(size=(4, n, 1))  # what tells one walker from another
+        style = rng.normal(size=(4, n, 1))  # distinguishes walkers
         angle = 2 * np.pi * (strides - lag - 0.02 * style[0])
         swing = first * (1 + 0.2 * style[1]) * np.sin(angle) + second * (1 + 0.2 * style[2]) * np.cos(2 * angle)
         walks[..., column] = mean + 0.1 * style[3] + vigour * swing + 0.015 * _drift(rng, n, time)
 
     walks[..., 3:_ROOT] *= 0.3  # the trunk is steadier than the limbs
     walks[..., :3] *= 50  # sway and bounce ...
-    walks[..., 2] += 1300 * vigour * tempo / rate  # ... and onwards, a stride being 1.3 m
+    walks[..., 2] += 1300 * vigour * tempo / rate  # ... and forward motion, 1.3 m per stride
     return walks
 
 
 def _drift(rng: np.random.Generator, n: int, time: Float64) -> Float64:
-    """Return slow noise of unit variance, ``(n, T)``: three sines, too slow to be told from what has been seen."""
+    """Return slow noise of unit variance, ``(n, T)``: three sines, too slow to predict from the seed frames."""
     frequency = rng.uniform(0.05, 0.5, (n, 1, 3))
     phase = rng.random((n, 1, 3))
     waves = np.sin(2 * np.pi * (frequency * time[:, np.newaxis] + phase))  # (n, T, 3)

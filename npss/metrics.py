@@ -1,4 +1,4 @@
-"""Metrics: those of this library, and your own, which `register` makes known to records, tables and commands."""
+"""The registry of metrics: built-in ones, and your own, which `register` adds for records, tables and commands."""
 
 from npss._metric.metric import Metric
 from npss._metric.registry import METRICS, register

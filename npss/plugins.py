@@ -1,7 +1,7 @@
-"""Plugins: modules that register metrics, data sources, file formats or models of one's own when they are imported.
+"""Plugins: modules that register metrics, data sources, file formats or models when they are imported.
 
 Commands import a plugin if ``--plugin MODULE`` names it, or if it is installed with an entry point of the group
-`GROUP`. Nothing else imports one: files of data and runs may say that they need a plugin, and no more.
+`GROUP`. Nothing else imports one: a data file or a run can only state that it needs a plugin.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ GROUP = "npss.plugins"
 
 _MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
 _importing: list[str] = []  # plugins, the innermost last
-_named: dict[str, None] = {}  # by the command line, in their order
+_named: dict[str, None] = {}  # on the command line, in order
 
 Entry = TypeVar("Entry")
 
 
 class Registry(Mapping[str, Entry]):
-    """What there is of one kind, by name: a read-only mapping, to which plugins add.
+    """Entries of one kind by name: a read-only mapping that plugins extend.
 
     Parameters
     ----------
     kind : str
-        What the entries are, for messages.
+        The kind of entries, for messages.
     entries : mapping of str to object, optional
-        What is in it from the beginning, and stays.
+        Built-in entries, which cannot be replaced.
 
     Examples
     --------
@@ -70,23 +70,23 @@ class Registry(Mapping[str, Entry]):
         Parameters
         ----------
         name : str
-            What it is called from now on.
+            Name of the entry.
         entry : object
             The entry.
         replace : bool, optional
-            Take the place of a registered entry, as a notebook does whose cell is run again.
+            Replace a registered entry, as when a notebook cell is run again.
 
         Raises
         ------
         TypeError
-            If the name is not a text.
+            If the name is not text.
         ValueError
-            If it is blank, or registered already and not to be replaced, or built in.
+            If the name is blank, built in, or registered already without `replace`.
         """
         if not isinstance(name, str):
-            raise TypeError(f"the name of a {self._kind}: expected a text, got {name!r}")
+            raise TypeError(f"the name of a {self._kind}: expected text, got {name!r}")
         if not name.strip() or not name.isprintable():
-            raise ValueError(f"the name of a {self._kind}: expected a text that can be printed, got {name!r}")
+            raise ValueError(f"the name of a {self._kind}: expected printable text, got {name!r}")
         if name in self._built_in or (name in self._entries and not replace):
             plugin = self._plugins.get(name)
             raise ValueError(f"the {self._kind} {name!r} is registered already{f', by {plugin}' if plugin else ''}")
@@ -95,12 +95,12 @@ class Registry(Mapping[str, Entry]):
             self._plugins[name] = _importing[-1]
 
     def plugin(self, name: str) -> str | None:
-        """Return the plugin that registered an entry; None if there was none.
+        """Return the plugin that registered an entry, or None.
 
         Parameters
         ----------
         name : str
-            Of an entry.
+            Name of the entry.
 
         Raises
         ------
@@ -115,20 +115,20 @@ class Registry(Mapping[str, Entry]):
 def load(name: str) -> None:
     """Import a plugin.
 
-    What is installed comes first; a module that is not is looked for in the current folder, which then is the last
-    entry of the import path.
+    Installed modules come first. A module that is not installed is imported from the current folder, which becomes the
+    last entry of the import path.
 
     Parameters
     ----------
     name : str
-        Its module, such as ``my.module``.
+        Name of the module, such as ``my.module``.
 
     Raises
     ------
     ValueError
         If it is not the name of a module.
     ImportError
-        If it cannot be imported: names the plugin, and where in it an error was raised.
+        If the import fails. The message names the plugin, and the line that raised the error.
     """
     if not _MODULE.fullmatch(name) or name.endswith(".py"):
         raise ValueError(f"--plugin: expected the name of a module, such as my.module, got {name!r}")
@@ -140,19 +140,19 @@ def load(name: str) -> None:
 
 
 def load_installed() -> None:
-    """Import the plugins that are installed: the modules of the entry points of `GROUP`.
+    """Import installed plugins: the modules of the entry points of `GROUP`.
 
     Raises
     ------
     ImportError
-        If one cannot be imported: names it, and where in it an error was raised.
+        If an import fails. The message names the plugin, and the line that raised the error.
     """
     for point in sorted(entry_points(group=GROUP)):
         _import(point.module, f"the installed plugin {point.name} ({point.module})")
 
 
 def with_plugins(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments of a command with the options that name the plugins which `load` has imported.
+    """Add an option to the arguments of a command for each plugin that `load` has imported.
 
     Parameters
     ----------
@@ -168,27 +168,27 @@ def with_plugins(arguments: Sequence[str]) -> list[str]:
 
 
 def require(plugins: object) -> None:
-    """Make sure that the plugins which a file states are imported; none is imported here.
+    """Check that the plugins that a file needs are imported; import none.
 
     Parameters
     ----------
     plugins : object
-        What the file states: a list of the names of modules.
+        The value in the file: a list of names of modules.
 
     Raises
     ------
     ValueError
-        If it is no such list; if one is not imported: gives the option that imports it.
+        If it is not such a list, or a plugin is not imported. The message then gives the option that imports it.
     """
     if not isinstance(plugins, list) or not all(isinstance(name, str) and _MODULE.fullmatch(name) for name in plugins):
-        raise ValueError(f"plugins: expected a list of modules, got {plugins!r}")
+        raise ValueError(f"plugins: expected a list of names of modules, got {plugins!r}")
     if missing := [name for name in plugins if name not in sys.modules]:
         options = " ".join(f"--plugin {name}" for name in missing)
-        raise ValueError(f"it needs what a plugin registers; if you trust the module, add {options}")
+        raise ValueError(f"a plugin is required; if you trust the module, add {options}")
 
 
 def _import(name: str, what: str) -> None:
-    """Import a module; `what` begins the message of the error."""
+    """Import a module; the error begins with `what`."""
     _importing.append(name)
     try:
         importlib.import_module(name)
@@ -203,7 +203,7 @@ def _import(name: str, what: str) -> None:
 
 
 def _place(error: Exception) -> str:
-    """Return the line of a plugin that raised an error; one of syntax says so itself."""
+    """Return the line of a plugin that raised an error; a SyntaxError names its line itself."""
     ours = (Path(__file__).parent, Path(importlib.__file__).parent)
     for frame in reversed(traceback.extract_tb(error.__traceback__)):
         file = Path(frame.filename)

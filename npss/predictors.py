@@ -1,4 +1,4 @@
-"""Predictors that need no training: what every model has to beat."""
+"""Untrained predictors: the baselines that every model has to beat."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from npss.validation import Array, check_finite, positive_integer, real_array, r
 
 __all__ = ["PREDICTORS", "Predictor", "repeat", "running_average", "zero_velocity"]
 
-#: ``predictor(seed_frames, n_target)``: poses ``(N, S, D)`` and how many to predict, to poses ``(N, n_target, D)``.
+#: ``predictor(seed_frames, n_target)``: maps poses ``(N, S, D)`` to the next `n_target` poses ``(N, n_target, D)``.
 Predictor = Callable[[npt.ArrayLike, int], Array]
 
 
@@ -24,14 +24,14 @@ def zero_velocity(seed_frames: npt.ArrayLike, n_target: int) -> Array:
     Parameters
     ----------
     seed_frames : (N, S, D) array_like
-        The frames that the predictor sees, in any representation.
+        The seed frames, in any representation.
     n_target : int
         Frames to predict.
 
     Returns
     -------
     (N, n_target, D) ndarray
-        float32 for float32, float64 for all else.
+        float32 for float32, float64 otherwise.
 
     Raises
     ------
@@ -54,26 +54,26 @@ def zero_velocity(seed_frames: npt.ArrayLike, n_target: int) -> Array:
 
 @renamed(seed="seed_frames")
 def running_average(seed_frames: npt.ArrayLike, n_target: int, *, frames: int) -> Array:
-    """Hold the mean of the last seed frames.
+    """Hold the average of the last seed frames.
 
     Parameters
     ----------
     seed_frames : (N, S, D) array_like
-        The frames that the predictor sees, in a representation that may be averaged.
+        The seed frames, in a representation that can be averaged.
     n_target : int
         Frames to predict.
     frames : int
-        How many of the seed frames are averaged; the source uses 2 and 4.
+        Number of seed frames to average; the paper uses 2 and 4.
 
     Returns
     -------
     (N, n_target, D) ndarray
-        float32 for float32, float64 for all else.
+        float32 for float32, float64 otherwise.
 
     Raises
     ------
     TypeError, ValueError
-        As `zero_velocity`; or if the seed has fewer frames.
+        As for `zero_velocity`; also if there are fewer seed frames.
 
     References
     ----------
@@ -91,26 +91,26 @@ def running_average(seed_frames: npt.ArrayLike, n_target: int, *, frames: int) -
 
 @renamed(seed="seed_frames")
 def repeat(seed_frames: npt.ArrayLike, n_target: int, *, frames: int = 50) -> Array:
-    """Play the last seed frames again, and again.
+    """Repeat the last seed frames in a loop.
 
     Parameters
     ----------
     seed_frames : (N, S, D) array_like
-        The frames that the predictor sees, in any representation.
+        The seed frames, in any representation.
     n_target : int
         Frames to predict.
     frames : int, optional
-        How many of the seed frames are repeated.
+        Number of seed frames to repeat.
 
     Returns
     -------
     (N, n_target, D) ndarray
-        float32 for float32, float64 for all else.
+        float32 for float32, float64 otherwise.
 
     Raises
     ------
     TypeError, ValueError
-        As `zero_velocity`; or if the seed has fewer frames.
+        As for `zero_velocity`; also if there are fewer seed frames.
 
     Examples
     --------
@@ -133,7 +133,7 @@ def _last(seed_frames: npt.ArrayLike, frames: int) -> Array:
     return array[:, -frames:].astype(result_dtype(array))
 
 
-#: The predictors by the names that the command line and records call them.
+#: The predictors by their names on the command line and in records.
 PREDICTORS: dict[str, Predictor] = {
     "zero-velocity": zero_velocity,
     "running-average-2": partial(running_average, frames=2),

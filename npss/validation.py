@@ -1,7 +1,7 @@
-"""The input contract: what is accepted, and the errors that say what was wrong and where.
+"""Validate input, with errors that name the argument and the place.
 
-One rule for every public function: look at the kind of the values before converting them; refuse what would
-have to be guessed; name the argument, the shape and the first bad index; never write to an input.
+The rules for every public function: check the kind of values before conversion; refuse ambiguous input; name the
+argument, the shape and the first bad index; never write to an input.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ Item = TypeVar("Item")
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
-#: Any array of real numbers, of whatever precision.
+#: An array of real numbers of any precision.
 Array = npt.NDArray[Any]
 #: An array of float64.
 Float64 = npt.NDArray[np.float64]
-#: What randomness comes from: a whole number from 0 on, for the same draws each time, or a generator, which moves on.
+#: A source of randomness: a whole number >= 0, for reproducible draws, or a generator, which each draw advances.
 Seed: TypeAlias = "int | np.random.Generator"  # as text: `import numpy` alone does not import numpy.random
 
 _BLOCK = 2**20  # values checked at once
@@ -57,26 +57,26 @@ _REFUSED = {
 
 
 def real_array(name: str, values: npt.ArrayLike) -> Array:
-    """Read `values` as an array of real numbers, keeping its precision and without copying it.
+    """Read `values` as an array of real numbers, in the same precision and without a copy.
 
     Parameters
     ----------
     name : str
-        What the caller calls this argument; errors begin with it.
+        Name of the argument, for errors.
     values : array_like
         Anything that numpy can read: an array, a memory map, nested lists, a CPU tensor.
 
     Returns
     -------
     ndarray
-        Kind integer or float, shape as given. It may share memory with `values`: never write to it.
+        Integers or floats in the shape of `values`. It may share memory with `values`: never write to it.
 
     Raises
     ------
     TypeError
         If numpy cannot read the values, or they are masked, boolean, complex, text, dates or objects.
     ValueError
-        If nested lists are of unequal length.
+        If nested lists have unequal lengths.
 
     Examples
     --------
@@ -90,21 +90,21 @@ def real_array(name: str, values: npt.ArrayLike) -> Array:
     if any(isinstance(part, np.ma.MaskedArray) for part in parts):
         raise TypeError(
             f"{name}: masked arrays are refused, because a masked entry has no value to score; "
-            f"fill it (array.filled(...)) or leave its sequence out"
+            f"fill it (array.filled(...)) or drop its sequence"
         )
-    if str(getattr(values, "dtype", "")) == "torch.bfloat16":  # which numpy has not; float32 holds it exactly
+    if str(getattr(values, "dtype", "")) == "torch.bfloat16":  # unknown to numpy; exact in float32
         values = values.float()  # type: ignore[union-attr]
     try:
         array = np.asarray(values)
     except ValueError as error:
         raise ValueError(f"{name}: not a regular array of numbers ({error})") from error
-    except Exception as error:  # tensors that need detaching, are on a device, ...: each raises its own type
+    except Exception as error:  # tensors that require grad, are on a device, ...: the type varies
         raise TypeError(
             f"{name}: numpy cannot read this {type(values).__name__} ({error}); "
             f"pass a CPU array, e.g. tensor.detach().cpu().double().numpy()"
         ) from error
     check_real(name, array.dtype)
-    if array.dtype.kind == "f" and array.dtype.itemsize > 8:  # all is computed in float64
+    if array.dtype.kind == "f" and array.dtype.itemsize > 8:  # computations are in float64
         with np.errstate(over="ignore"):
             narrow = array.astype(np.float64)
         check_finite(name, narrow, " in float64")
@@ -113,15 +113,15 @@ def real_array(name: str, values: npt.ArrayLike) -> Array:
 
 
 def is_real_dtype(dtype: np.dtype[Any]) -> bool:
-    """Say whether arrays of that dtype hold real numbers."""
+    """Return whether arrays of this dtype hold real numbers."""
     return dtype.kind in "iuf"
 
 
 def check_real(name: str, dtype: np.dtype[Any]) -> None:
-    """Raise a TypeError unless arrays of that dtype hold real numbers."""
+    """Raise a TypeError unless arrays of this dtype hold real numbers."""
     if not is_real_dtype(dtype):
-        what = _REFUSED.get(dtype.kind, "values of another kind")
-        raise TypeError(f"{name}: expected real numbers, got {what} (dtype {dtype})")
+        kind = _REFUSED.get(dtype.kind, "values of another kind")
+        raise TypeError(f"{name}: expected real numbers, got {kind} (dtype {dtype})")
 
 
 def check_finite(name: str, array: Array, where: str = "") -> None:
@@ -130,16 +130,16 @@ def check_finite(name: str, array: Array, where: str = "") -> None:
     Parameters
     ----------
     name : str
-        What the caller calls this argument; the error begins with it.
+        Name of the argument, for the error.
     array : ndarray
         Real numbers, of any shape.
     where : str, optional
-        What the error says after the index.
+        Text of the error after the index.
 
     Raises
     ------
     ValueError
-        If a value is not finite; names the first index, in C order.
+        If a value is not finite. The message names the first index, in C order.
 
     Examples
     --------
@@ -149,7 +149,7 @@ def check_finite(name: str, array: Array, where: str = "") -> None:
     ValueError: gt: nan at index (1,); every value must be finite
     """
     blocks = array.reshape(1) if array.ndim == 0 else array
-    rows = max(1, _BLOCK * len(blocks) // max(blocks.size, 1))  # bounded memory for arrays larger than it
+    rows = max(1, _BLOCK * len(blocks) // max(blocks.size, 1))  # bounds memory for arrays larger than it
     for top in range(0, len(blocks), rows):
         finite = np.isfinite(blocks[top : top + rows])
         if not finite.all():
@@ -159,7 +159,7 @@ def check_finite(name: str, array: Array, where: str = "") -> None:
 
 
 def motion_array(name: str, values: npt.ArrayLike) -> Array:
-    """Read `values` as motion ``(N, T, D)`` or ``(T, D)``; finiteness is left to the caller."""
+    """Read `values` as motion ``(N, T, D)`` or ``(T, D)``; the caller checks that they are finite."""
     array = real_array(name, values)
     if array.ndim not in (2, 3):
         raise ValueError(
@@ -174,7 +174,7 @@ def motion_array(name: str, values: npt.ArrayLike) -> Array:
 def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array]:
     """Read ground truth and prediction as two arrays of the same shape.
 
-    Finiteness is left to the caller.
+    The caller checks that they are finite.
 
     Parameters
     ----------
@@ -189,9 +189,9 @@ def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array]:
     Raises
     ------
     TypeError
-        As `real_array`.
+        As for `real_array`.
     ValueError
-        As `real_array`; and where a shape is neither ``(N, T, D)`` nor ``(T, D)``, is empty, or differs.
+        As for `real_array`; also if a shape is neither ``(N, T, D)`` nor ``(T, D)``, is empty, or differs.
 
     Examples
     --------
@@ -207,7 +207,7 @@ def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array]:
 
 
 class BeyondFloat64Error(ValueError):
-    """An argument is finite, and what is computed from it is not; `what` says so without the argument's name."""
+    """A result overflows although the argument is finite; `what` is the message without the argument's name."""
 
     def __init__(self, name: str, what: str) -> None:
         super().__init__(f"{name}: {what}")
@@ -220,18 +220,18 @@ def one_of(name: str, value: object, choices: tuple[str, ...]) -> None:
     Parameters
     ----------
     name : str
-        What the caller calls this argument; the error begins with it.
+        Name of the argument, for the error.
     value : str
-        What was given.
+        The value.
     choices : tuple of str
-        What there is to choose from.
+        The choices.
 
     Raises
     ------
     TypeError
-        If the value is no string.
+        If the value is not a string.
     ValueError
-        If it is another one.
+        If it is not one of the choices.
 
     Examples
     --------
@@ -246,18 +246,18 @@ def one_of(name: str, value: object, choices: tuple[str, ...]) -> None:
 
 
 def each(name: str, values: Iterable[Item], what: str = "numbers", *, ordered: bool = True) -> list[Item]:
-    """Read several values where somebody may have given a single one.
+    """Read several values; refuse a single one.
 
     Parameters
     ----------
     name : str
-        What the caller calls this argument; the error begins with it.
+        Name of the argument, for the error.
     values : iterable
         The values.
     what : str, optional
-        What the error calls them.
+        The kind of values, for the error.
     ordered : bool, optional
-        Whether their order counts, so that a set is refused.
+        Refuse sets, because the order matters.
 
     Returns
     -------
@@ -267,7 +267,7 @@ def each(name: str, values: Iterable[Item], what: str = "numbers", *, ordered: b
     Raises
     ------
     TypeError
-        If it is no iterable, or text, or a mapping, or a set whose order would count.
+        If it is not an iterable, or is text, a mapping, or a set although the order matters.
 
     Examples
     --------
@@ -282,7 +282,7 @@ def each(name: str, values: Iterable[Item], what: str = "numbers", *, ordered: b
 
 
 def is_integer(value: object) -> TypeGuard[int]:
-    """Say whether a value is an int or a numpy integer, and not a bool.
+    """Return whether a value is an int or a numpy integer, and not a bool.
 
     Parameters
     ----------
@@ -303,7 +303,7 @@ def is_integer(value: object) -> TypeGuard[int]:
 
 
 def is_real(value: object) -> TypeGuard[float]:
-    """Say whether a value is an integer or a float, of Python or numpy, and not a bool.
+    """Return whether a value is an integer or a float, of Python or numpy, and not a bool.
 
     Parameters
     ----------
@@ -329,9 +329,9 @@ def positive_number(name: str, value: object) -> float:
     Parameters
     ----------
     name : str
-        What the caller calls this argument; the error begins with it.
+        Name of the argument, for the error.
     value : int or float
-        Of Python or numpy; not a bool.
+        A number of Python or numpy; not a bool.
 
     Returns
     -------
@@ -341,7 +341,7 @@ def positive_number(name: str, value: object) -> float:
     Raises
     ------
     TypeError
-        If it is no real number.
+        If it is not a real number.
     ValueError
         If it is not positive, or not finite.
 
@@ -364,9 +364,9 @@ def positive_integer(name: str, value: object) -> int:
     Parameters
     ----------
     name : str
-        What the caller calls this argument; the error begins with it.
+        Name of the argument, for the error.
     value : int
-        Of Python or numpy; not a bool.
+        An integer of Python or numpy; not a bool.
 
     Returns
     -------
@@ -376,7 +376,7 @@ def positive_integer(name: str, value: object) -> int:
     Raises
     ------
     TypeError
-        If it is no integer.
+        If it is not an integer.
     ValueError
         If it is not positive.
 
@@ -394,12 +394,12 @@ def positive_integer(name: str, value: object) -> int:
 
 
 def generator(seed: Seed) -> np.random.Generator:
-    """Return the generator that a seed stands for: a new one for a whole number, or the one that was given.
+    """Return a random generator: a new one from a seed, or the one passed.
 
     Parameters
     ----------
     seed : int or numpy.random.Generator
-        A whole number from 0 on, or a generator, whose state moves on with each draw.
+        A whole number >= 0, or a generator, which each draw advances.
 
     Returns
     -------
@@ -428,12 +428,12 @@ def generator(seed: Seed) -> np.random.Generator:
 
 
 def renamed(**names: str) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
-    """Refuse the former names of a function's arguments, with an error that gives the present ones.
+    """Refuse former names of a function's arguments, with an error that names the new ones.
 
     Parameters
     ----------
     **names : str
-        The present name of each argument, by its former one.
+        The new name of each argument, by its former name.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""Rotations in four forms, and the way from each to each.
+"""Convert rotations between four representations.
 
 ================  ================  =============================================================
-form              shape             convention
+representation    shape             convention
 ================  ================  =============================================================
 exponential map   ``(..., 3)``      axis times angle in radians, also called rotation vector
 rotation matrix   ``(..., 3, 3)``   rotates column vectors, ``R @ x``
@@ -9,13 +9,13 @@ quaternion        ``(..., 4)``      order w, x, y, z; returned with unit length 
 Euler angles      ``(..., 3)``      radians; ``seq="h36m"``, or three letters (upper case intrinsic)
 ================  ================  =============================================================
 
-All functions take any number of leading axes, also none and empty ones, return a new C-contiguous array,
-compute in float32 for float32 input and in float64 otherwise, and give the same bits wherever in an array a
-rotation stands.
+All functions take any number of leading axes, including none and empty ones, and return a new C-contiguous array. They
+compute in float32 for float32 input and in float64 otherwise. The bits of a result do not depend on its place in the
+array.
 
-A conversion looks at one rotation at a time, so where a form has several ways to write one, a smooth motion may jump
-from frame to frame, which every metric of the numbers counts. `continuous` (quaternions) and `continuous_euler` choose
-in each frame what goes on.
+Conversions treat each rotation separately. Where a rotation has several equivalent values, a smooth motion may jump
+between them from frame to frame, and every metric of the values counts the jump. `continuous` (quaternions) and
+`continuous_euler` remove these jumps.
 
 Examples
 --------

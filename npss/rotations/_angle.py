@@ -12,35 +12,34 @@ from npss.validation import Array
 
 
 def geodesic_angle(a: npt.ArrayLike, b: npt.ArrayLike) -> Array:
-    """Return the angle of the rotation that takes one orientation to the other.
+    """Return the angle of the rotation between two orientations.
 
-    It is a metric: the length of the shortest path between the two on the group of rotations.
+    It is the geodesic distance on the rotation group.
 
     Parameters
     ----------
     a, b : (..., 3, 3) array_like
-        Rotation matrices, of one shape. No entry of ``a @ a.T`` may be off the identity by more than 1e-6 in
-        double precision (integers included), 1e-4 in single and 1e-2 in half precision, and the determinant
-        must be positive.
+        Rotation matrices of the same shape. Entries of ``a @ a.T`` must be within 1e-6 of the identity in double
+        precision (and for integers), 1e-4 in single and 1e-2 in half precision, and the determinant must be positive.
 
     Returns
     -------
     (...) ndarray
-        Angles in radians in [0, pi]; 0 for equal matrices; a numpy scalar for two single matrices. float32 if
-        both arguments are float32, float64 otherwise.
+        Angles in radians in [0, pi]; 0 for equal matrices; a numpy scalar for two single matrices. float32 if both
+        arguments are float32, float64 otherwise.
 
     Raises
     ------
     TypeError
         If an argument is not an array of real numbers.
     ValueError
-        If a shape is another one or they differ, a value is not finite or a matrix not a rotation; the
-        argument and the first index are named.
+        If the shapes are wrong or differ, a value is not finite, or a matrix is not a rotation. The message names the
+        argument and the first index.
 
     Notes
     -----
-    Twice the arc tangent of the length of the vector part of the quaternion of ``a.T @ b`` over its real
-    part. The usual arc cosine of the trace loses half of the digits near 0 and near pi.
+    For the quaternion of ``a.T @ b``, the angle is twice the arc tangent of the length of the vector part over the
+    real part. The usual arc cosine of the trace loses half of the digits near 0 and near pi.
 
     Examples
     --------

@@ -1,9 +1,8 @@
-"""Element-wise work on the columns of an array, a block at a time.
+"""Apply element-wise kernels to the columns of an array, block by block.
 
-A rotation is a handful of numbers that lie side by side; a kernel wants each of them as one long column. The
-columns are handed over in blocks small enough for everything to stay in the cache, each one contiguous and in
-the working precision, so that memory does not grow with the number of rotations, any strides will do, and a
-result never depends on where in an array its rotation stands.
+A rotation is a few adjacent numbers; a kernel needs each of them as one long column. It receives contiguous columns in
+the working precision, in blocks small enough for the cache. So memory does not grow with the number of rotations, any
+strides are valid, and a result does not depend on its place in the array.
 """
 
 from __future__ import annotations
@@ -15,17 +14,17 @@ import numpy as np
 
 from npss.validation import Array, check_finite
 
-#: The columns of one block: 1-D arrays of one length.
+#: The columns of one block: 1-D arrays of the same length.
 Columns = tuple[Array, ...]
-#: Fills the second columns, which are uninitialised, from the first, which are read-only.
+#: Fills the second, uninitialised columns from the first, read-only ones.
 Kernel = Callable[[Columns, Columns], None]
 
-#: Size of one column of a block: two dozen of them fit into a second-level cache.
+#: Size of one column of a block: two dozen fit into a second-level cache.
 BLOCK_BYTES = 1 << 16
 
 
 class BadRotationError(Exception):
-    """The rotation at `position`, counted in C order, cannot be read; `what` says why."""
+    """The rotation at `position`, counted in C order, is invalid; `what` is the reason."""
 
     def __init__(self, position: int, what: str) -> None:
         super().__init__(what)
@@ -44,8 +43,7 @@ def require_finite(columns: Columns) -> None:
 def in_blocks(array: Array, out: Array, core: tuple[int, int], kernel: Kernel, work: np.dtype[Any]) -> None:
     """Fill `out` with one call of `kernel` for each block of rotations, in precision `work`.
 
-    A rotation is the last ``core[0]`` axes of `array` and the last ``core[1]`` of `out`; the axes before
-    agree.
+    A rotation is the last ``core[0]`` axes of `array` and the last ``core[1]`` of `out`; the other axes are equal.
 
     Raises
     ------
@@ -54,8 +52,8 @@ def in_blocks(array: Array, out: Array, core: tuple[int, int], kernel: Kernel, w
     """
     if out.size == 0:
         return
-    # A single rotation is seen as a row of one: over 0-d operands that need a cast, the buffers of numpy before 2.3
-    # stay uninitialised.
+    # View a single rotation as a row of one: numpy before 2.3 leaves buffers of 0-d operands that need a cast
+    # uninitialised.
     inputs, outputs = _columns(array[np.newaxis], core[0]), _columns(out[np.newaxis], core[1])
     count = len(inputs)
     modes: list[Any] = [["readonly", "contig"]] * count + [["writeonly", "contig"]] * len(outputs)
@@ -69,7 +67,7 @@ def in_blocks(array: Array, out: Array, core: tuple[int, int], kernel: Kernel, w
         buffersize=BLOCK_BYTES // work.itemsize,
     )
     start = 0
-    # The kernels name what is wrong themselves; the caller's np.seterr must not speak first.
+    # Kernels report invalid values; the caller's np.seterr must not pre-empt them.
     with blocks, np.errstate(all="ignore"):
         for columns in blocks:
             try:
@@ -81,12 +79,12 @@ def in_blocks(array: Array, out: Array, core: tuple[int, int], kernel: Kernel, w
 
 
 def fill(name: str, array: Array, out: Array, core: tuple[int, int], kernel: Kernel, work: np.dtype[Any]) -> None:
-    """`in_blocks`, with errors that name the argument and the first bad index.
+    """Call `in_blocks`, with errors that name the argument and the first bad index.
 
     Raises
     ------
     ValueError
-        If `array` holds NaN, an infinity, or a rotation that the kernel cannot read.
+        If `array` holds NaN, an infinity, or a rotation that is invalid for the kernel.
     """
     try:
         in_blocks(array, out, core, kernel, work)
@@ -99,5 +97,5 @@ def fill(name: str, array: Array, out: Array, core: tuple[int, int], kernel: Ker
 
 
 def _columns(array: Array, core: int) -> list[Array]:
-    """Return views of `array`, one for each entry of its last `core` axes."""
+    """Return a view of `array` for each entry of its last `core` axes."""
     return [array[(..., *entry)] for entry in np.ndindex(array.shape[array.ndim - core :])]

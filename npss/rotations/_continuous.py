@@ -1,4 +1,4 @@
-"""Quaternions without jumps: of the two opposite ones, in each frame that which goes on."""
+"""Remove sign flips of quaternions between frames."""
 
 from __future__ import annotations
 
@@ -12,35 +12,34 @@ from npss.validation import Array
 def continuous(q: npt.ArrayLike, *, axis: int, start: npt.ArrayLike | None = None) -> Array:
     """Choose the signs of quaternions so that they do not jump from frame to frame.
 
-    q and -q are the same rotation. The conversions return that with w >= 0, so the quaternions of a motion that passes
-    half a turn change sign in the middle of it, and every metric of their components counts the jump. Here a frame is
-    negated where its dot product with the frame before is negative, as the LaFAN1 benchmark does it over each whole
-    clip when it is read.
+    q and -q are the same rotation. Conversions return the one with w >= 0, so the quaternions of a motion that passes
+    half a turn flip signs in the middle, and every metric of their components counts the jump. This function negates a
+    frame if its dot product with the frame before is negative, as the LaFAN1 benchmark does when it reads a clip.
 
     Parameters
     ----------
     q : (..., 4) array_like
-        Quaternions, one axis of which are the frames: ``(N, T, J, 4)`` with ``axis=1``, for example. Of any length but
-        zero. Order w, x, y, z or x, y, z, w.
+        Quaternions with an axis of frames: ``(N, T, J, 4)`` with ``axis=1``, for example. Any length except zero.
+        Order w, x, y, z or x, y, z, w.
     axis : int
         The axis of the frames; not the last one.
     start : (..., 4) array_like, optional
-        Quaternions, of the shape of `q` without its frames, near which to begin: such as those of the last past frame,
-        so that a prediction lies in the hemisphere of what it continues. Without, the first frame keeps its sign.
+        Quaternions to start near, with the shape of one frame of `q`: for example the last seed frame, so that a
+        prediction is in the same hemisphere (default: the first frame keeps its sign).
 
     Returns
     -------
     (..., 4) ndarray
-        The same rotations, in no frame more than a right angle from the frame before: a new array. float32 for
-        float32, float64 for all else.
+        The same rotations, each within a right angle of the frame before; a new array. float32 for float32, float64
+        otherwise.
 
     Raises
     ------
     TypeError
-        If `q` or `start` is not an array of real numbers, or `axis` no whole number.
+        If `q` or `start` is not an array of real numbers, or `axis` is not a whole number.
     ValueError
-        If a shape is another one, `axis` is no axis of `q` before the last, a value is not finite or a quaternion is
-        zero; the first index is named.
+        If a shape is wrong, `axis` is not an axis of `q` before the last, a value is not finite, or a quaternion is
+        zero. The message names the first index.
 
     See Also
     --------
@@ -48,12 +47,11 @@ def continuous(q: npt.ArrayLike, *, axis: int, start: npt.ArrayLike | None = Non
 
     Notes
     -----
-    Cut windows afterwards, or give each the frame before it: in windows that begin on their own, ground truth and
-    prediction may lie in opposite hemispheres, which NPSS does not see (it is the same for a feature and its negative),
-    but any mean of differences does.
+    Cut windows afterwards, or pass the frame before each as `start`. Otherwise ground truth and prediction may be in
+    opposite hemispheres. NPSS ignores this (a feature and its negative score the same), but any mean of differences
+    counts it.
 
-    A score of such quaternions says so in its signature: pass ``quaternions="continuous"`` to `npss.signature` or
-    `npss.report`.
+    State the choice in the signature: pass ``quaternions="continuous"`` to `npss.signature` or `npss.report`.
 
     References
     ----------
@@ -61,7 +59,7 @@ def continuous(q: npt.ArrayLike, *, axis: int, start: npt.ArrayLike | None = Non
 
     Examples
     --------
-    A joint that turns through half a turn, about x:
+    A joint that passes half a turn about x:
 
     >>> import numpy as np
     >>> from npss.rotations import continuous, expmap_to_quaternion
@@ -85,7 +83,7 @@ def continuous(q: npt.ArrayLike, *, axis: int, start: npt.ArrayLike | None = Non
     for frame in np.moveaxis(out, axis, 0):
         if near is not None:
             away = (_scaled(near) * _scaled(frame)).sum(axis=-1, keepdims=True) < 0
-            np.subtract(0, frame, out=frame, where=away)  # unlike the negative, it makes no -0.0
+            np.subtract(0, frame, out=frame, where=away)  # unlike np.negative, never -0.0
         near = frame
     return out
 
@@ -94,10 +92,10 @@ def _require_nonzero(name: str, q: Array) -> None:
     zero = ~q.any(axis=-1)
     if zero.any():
         index = tuple(int(i) for i in np.unravel_index(int(np.argmax(zero)), zero.shape))
-        raise ValueError(f"{name}: a zero quaternion, which is no rotation, at index {index}")
+        raise ValueError(f"{name}: a zero quaternion, not a rotation, at index {index}")
 
 
 def _scaled(q: Array) -> Array:
-    """Divide by the largest component, so that no product of two quaternions leaves the number range."""
+    """Divide by the largest component, to keep products of two quaternions in range."""
     scaled: Array = q / np.abs(q).max(axis=-1, keepdims=True)
     return scaled

@@ -1,4 +1,4 @@
-"""What the docstrings of the conversions share: how each form is given, what is refused, and how it is returned."""
+"""The shared docstrings of the conversions: parameters, results and errors of each representation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 @dataclass(frozen=True)
 class Described:
-    """A form in words."""
+    """The description of a representation."""
 
     argument: str
     given: str
@@ -24,19 +24,19 @@ EXPMAP = Described(
     argument="v",
     given="""\
 v : (..., 3) array_like
-    Rotation vectors: the axis, as long as the angle in radians. Any angle below 2**52.""",
+    Rotation vectors: axis times angle in radians. Any angle below 2**52.""",
     refused="an angle is too large",
     returned="""\
 (..., 3) ndarray
-    Rotation vectors in radians of length in [0, pi]; at pi, where v and -v are one rotation, the first component that
-    is not zero is positive.""",
+    Rotation vectors in radians, of length in [0, pi]; at pi, where v and -v are the same rotation, the first nonzero
+    component is positive.""",
 )
 MATRIX = Described(
     argument="R",
     given="""\
 R : (..., 3, 3) array_like
-    Rotation matrices. No entry of ``R @ R.T`` may be off the identity by more than 1e-6 in double precision (integers
-    included), 1e-4 in single and 1e-2 in half precision, and the determinant must be positive.""",
+    Rotation matrices. Entries of ``R @ R.T`` must be within 1e-6 of the identity in double precision (and for
+    integers), 1e-4 in single and 1e-2 in half precision, and the determinant must be positive.""",
     refused="a matrix is not a rotation",
     returned="""\
 (..., 3, 3) ndarray
@@ -46,12 +46,11 @@ QUATERNION = Described(
     argument="q",
     given="""\
 q : (..., 4) array_like
-    Quaternions in the order w, x, y, z, of any length but zero; q and -q are the same rotation.""",
+    Quaternions in the order w, x, y, z, of any nonzero length; q and -q are the same rotation.""",
     refused="a quaternion is zero",
     returned="""\
 (..., 4) ndarray
-    Unit quaternions in the order w, x, y, z, with w >= 0; where w is 0, the first component that is not zero is
-    positive.""",
+    Unit quaternions in the order w, x, y, z, with w >= 0; if w is 0, the first nonzero component is positive.""",
 )
 EULER = Described(
     argument="angles",
@@ -62,7 +61,7 @@ angles : (..., 3) array_like
     returned="""\
 (..., 3) ndarray
     Angles in radians in the order of the letters; the outer ones in [-pi, pi], the middle one in [-pi/2, pi/2], or in
-    [0, pi] where the first letter is also the last. At gimbal lock the third is zero.""",
+    [0, pi] if the first letter is also the last. At gimbal lock the third is zero.""",
 )
 _SEQ = """
 seq : str
@@ -71,15 +70,15 @@ _CONTINUOUS = """
 
 See Also
 --------
-continuous : the same quaternions without jumps of sign between frames, to be scored."""
+continuous : remove sign flips between frames, before scoring."""
 
 
 def conversion(source: Described, target: Described) -> Callable[[Function], Function]:
-    """Write parameters, results and errors of a conversion where its docstring says ``{contract}``."""
+    """Replace ``{contract}`` in the docstring of a conversion by its parameters, results and errors."""
     has_seq = EULER in (source, target)
-    no_sequence = ",\n    or `seq` is no sequence" if has_seq else ""
+    bad_sequence = ", or `seq` is not a sequence" if has_seq else ""
     see_also = _CONTINUOUS if target is QUATERNION else ""
-    also = f", or {source.refused}" if source.refused else ""
+    bad_rotation = f", or {source.refused}" if source.refused else ""
     contract = f"""\
 Parameters
 ----------
@@ -88,17 +87,18 @@ Parameters
 Returns
 -------
 {target.returned}
-    float32 for float32, float64 for all else.
+    float32 for float32, float64 otherwise.
 
 Raises
 ------
 TypeError
     If `{source.argument}` is not an array of real numbers{", or `seq` is not a string" if has_seq else ""}.
 ValueError
-    If the shape is another one, a value is not finite{also} (the first index is named){no_sequence}.{see_also}"""
+    If the shape is wrong, a value is not finite{bad_rotation} (the message names the first
+    index){bad_sequence}.{see_also}"""
 
     def write(function: Function) -> Function:
-        if function.__doc__ is not None:  # which `python -OO` leaves out
+        if function.__doc__ is not None:  # `python -OO` removes docstrings
             function.__doc__ = inspect.cleandoc(function.__doc__).replace("{contract}", contract)
         return function
 

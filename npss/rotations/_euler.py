@@ -1,7 +1,7 @@
-"""Euler angles in the 24 sequences and in the Human3.6M convention.
+"""Read and write Euler angles in the 24 sequences and in the Human3.6M convention.
 
-With the half angles a, b, c of an intrinsic sequence i, j, k (e = 1 if i, j, k are in cyclic order, else -1)
-the products of three elementary quaternions are, as complex numbers,
+With the half angles a, b, c of an intrinsic sequence i, j, k (e = 1 if i, j, k are in cyclic order, else -1), the
+products of three elementary quaternions are, as complex numbers,
 
     P = (w + e q_j) + i (q_i + q_k) = (cos b + e sin b) exp i(a + c)        i, j, k different
     Q = (w - e q_j) + i (q_i - q_k) = (cos b - e sin b) exp i(a - c)
@@ -9,9 +9,9 @@ the products of three elementary quaternions are, as complex numbers,
     P = w + i q_i     = cos b exp i(a + c)                                 i = k, and m the axis left over
     Q = q_j + i e q_m = sin b exp i(a - c)
 
-so that the outer angles are arg(P Q) and arg(P conj(Q)), whatever the length of the quaternion. Rounding in P
-and Q moves both angles together; this is why the rotation is reproduced however near to gimbal lock (P = 0 or
-Q = 0) it is, which the textbook formula on matrix entries does not do.
+so the outer angles are arg(P Q) and arg(P conj(Q)), for a quaternion of any length. Rounding in P and Q moves both
+angles together. So the rotation is reproduced even near gimbal lock (P = 0 or Q = 0), where the textbook formula on
+matrix entries fails.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _LETTERS = ["".join(s) for s in product("XYZ", repeat=3) if s[0] != s[1] != s[2]
 #: All values of `seq`.
 SEQUENCES = (H36M, *_LETTERS, *map(str.lower, _LETTERS))
 
-#: In machine epsilons, the ratio of |P| and |Q| below which the rotation counts as gimbal lock.
+#: Ratio of |P| and |Q|, in machine epsilons, below which a rotation counts as gimbal lock.
 _LOCK = 8.0
 
 #: Real and imaginary parts.
@@ -43,7 +43,7 @@ _Complex = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class EulerSequence:
-    """What the letters of a sequence say."""
+    """A parsed sequence of axes."""
 
     axes: tuple[int, int, int]  # i, j and k of the intrinsic sequence; i, j and m if i = k
     cyclic: int
@@ -53,13 +53,13 @@ class EulerSequence:
 
 
 def euler_form(seq: str) -> Form:
-    """Return the form of the sequence `seq`, or raise what `one_of` raises."""
+    """Return the form of the sequence `seq`, or raise as `one_of` does."""
     sequence = euler_sequence(seq)
     return Form((3,), _reader(sequence), _writer(sequence))
 
 
 def euler_sequence(seq: str) -> EulerSequence:
-    """Read the sequence `seq`, or raise what `one_of` raises."""
+    """Parse the sequence `seq`, or raise as `one_of` does."""
     one_of("seq", seq, SEQUENCES)
     letters = "XYZ" if seq == H36M else seq
     extrinsic = letters.islower()
@@ -132,7 +132,7 @@ def _writer(sequence: EulerSequence) -> Callable[[Quaternion, Columns], None]:
 
 
 def _signed(values: Array, negate: bool) -> Array:
-    """Negate if asked to, and turn -0.0 into 0.0: half a turn is pi, not -pi, whatever the sign of the zeros."""
+    """Negate on request, and turn -0.0 into 0.0: half a turn is pi, not -pi, for any sign of the zeros."""
     if negate:
         return np.subtract(0, values, out=values)
     return np.add(values, 0, out=values)
@@ -146,7 +146,7 @@ def _length(re: Array, im: Array) -> Array:
 
 
 def _unlocked(p: _Complex, q: _Complex, p_lost: Array, q_lost: Array, sign: int) -> tuple[_Complex, _Complex]:
-    """Where one of the two has no direction, choose it so that the last angle (the first for -1) is zero."""
+    """Choose the undefined direction of p or q so that the last angle (the first for sign -1) is zero."""
     return (
         (np.where(p_lost, q[0], p[0]), np.where(p_lost, sign * q[1], p[1])),
         (np.where(q_lost, p[0], q[0]), np.where(q_lost, sign * p[1], q[1])),

@@ -1,4 +1,4 @@
-"""The exponential map: a vector along the axis, as long as the angle in radians."""
+"""Read and write exponential maps: axis times angle in radians."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from npss.rotations._blocks import BadRotationError, Columns, require_finite
 from npss.rotations._forms import Form, Quaternion
 from npss.validation import Array
 
-#: Smaller squared angles count as this one: the functions of the angle have reached their limits long before.
+#: Lower limit of squared angles: functions of the angle have reached their limits long before.
 TINY = 1e-30
 
-#: From here on neighbouring float64 numbers are a radian or more apart: there is no rotation to speak of.
+#: From here, neighbouring float64 numbers are a radian or more apart, so the angle is meaningless.
 LARGEST_ANGLE = 2.0**52
 
-#: From here on a float32 angle, known to one part in 1e7, is not known well enough: float64 takes over.
+#: From here, a float32 angle, with a relative error of 1e-7, is too inaccurate: use float64.
 LARGEST_SINGLE_ANGLE = 8.0
 
 
 def angle_of(x: Array, y: Array, z: Array) -> Array:
-    """Return the lengths of the vectors, 1e-15 instead of anything smaller."""
+    """Return the lengths of the vectors, at least 1e-15."""
     angle = x * x
     angle += y * y
     angle += z * z
@@ -31,7 +31,7 @@ def angle_of(x: Array, y: Array, z: Array) -> Array:
 
 
 def require_angle(columns: Columns, angle: Array) -> None:
-    """Raise BadRotationError unless every vector is finite and every float64 angle means something."""
+    """Raise BadRotationError unless every vector is finite and every float64 angle meaningful."""
     if not angle.max() < LARGEST_ANGLE:
         require_finite(columns)
         raise BadRotationError(int(np.argmax(angle >= LARGEST_ANGLE)), "an angle of 2**52 rad or more")
@@ -40,8 +40,7 @@ def require_angle(columns: Columns, angle: Array) -> None:
 def read_expmap(columns: Columns, given: np.dtype[Any]) -> Quaternion:
     """Return ``(2, 2 tan(h) v / |v|)`` with h = |v|/2: one transcendental function, accurate at every angle.
 
-    Where the tangent has its pole, at half a turn, no float lies near enough for it to leave the number
-    range.
+    No float is near enough to the pole of the tangent, at half a turn, for it to overflow.
     """
     x, y, z = columns
     angle = angle_of(x, y, z)
@@ -57,7 +56,7 @@ def read_expmap(columns: Columns, given: np.dtype[Any]) -> Quaternion:
 
 
 def write_expmap(quaternion: Quaternion, outputs: Columns) -> None:
-    """Go along the vector part of the quaternion by twice its angle, in [0, pi]."""
+    """Write the axis of the quaternion times twice its angle, in [0, pi]."""
     w, x, y, z = quaternion
     length = angle_of(x, y, z)
     factor = np.arctan2(length, np.abs(w))
@@ -69,7 +68,7 @@ def write_expmap(quaternion: Quaternion, outputs: Columns) -> None:
 
 
 def points_backwards(w: Array | float, x: Array, y: Array, z: Array) -> Array:
-    """Return where the first component that is not zero is negative."""
+    """Return where the first nonzero component is negative."""
     sign = np.sign(z)
     for component in (y, x, w):
         sign = np.where(component == 0, sign, np.sign(component))

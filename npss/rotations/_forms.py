@@ -1,8 +1,8 @@
-"""Four ways to write down a rotation, and the way from each to each.
+"""Convert between four forms of rotations, through quaternions.
 
-Every form can be read into the columns ``(w, x, y, z)`` of a quaternion of any positive or negative length,
-and written from such columns; a conversion is the one after the other. Leaving the length open is what makes
-this fast and accurate: nothing is normalised that the next step would divide out again.
+Every form is read into the columns ``(w, x, y, z)`` of a quaternion of any positive or negative length, and written
+from such columns; a conversion does both. Arbitrary lengths make this fast and accurate: no step normalises what the
+next one would divide out again.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ import numpy.typing as npt
 from npss.rotations._blocks import Columns, Kernel, fill
 from npss.validation import Array, real_array
 
-#: Columns w, x, y, z; w may be one number for all. Not zero; its square stays within the number range.
+#: Columns w, x, y, z; w may be one number for all. Not zero; the squared length is in range.
 Quaternion = tuple[Array | float, Array, Array, Array]
 
 
 @dataclass(frozen=True)
 class Form:
-    """One representation: its shape, and the kernels that read and write it."""
+    """A representation: its shape, and the kernels that read and write it."""
 
-    #: Trailing axes of an array of such rotations.
+    #: Trailing axes of an array of rotations.
     shape: tuple[int, ...]
-    #: The quaternion of the columns; the second argument is the precision in which the caller gave them.
+    #: Returns the quaternion of the columns; the second argument is the dtype of the caller's array.
     read: Callable[[Columns, np.dtype[Any]], Quaternion]
-    #: Fills the columns, the last argument.
+    #: Fills the columns, its last argument.
     write: Callable[[Quaternion, Columns], None]
 
 
@@ -43,13 +43,13 @@ def rotation_array(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> 
 
 
 def result_dtype(array: Array) -> np.dtype[Any]:
-    """Return float32 for single precision and float64 for all else, half precision and integers included."""
+    """Return float32 for single precision, and float64 otherwise, including half precision and integers."""
     single = array.dtype.kind == "f" and array.dtype.itemsize == 4
     return np.dtype(np.float32 if single else np.float64)
 
 
 def converter(source: Form, target: Form, given: np.dtype[Any]) -> Kernel:
-    """Return the kernel from one form to the other, for rotations given in a certain precision."""
+    """Return the kernel from one form to the other, for rotations of dtype `given`."""
 
     def kernel(columns: Columns, outputs: Columns) -> None:
         target.write(source.read(columns, given), outputs)
@@ -58,7 +58,7 @@ def converter(source: Form, target: Form, given: np.dtype[Any]) -> Kernel:
 
 
 def convert(name: str, values: npt.ArrayLike, source: Form, target: Form) -> Array:
-    """Read `values`, which the caller calls `name`, as one form and return them in the other."""
+    """Convert `values` from one form to the other; errors name the argument `name`."""
     array = rotation_array(name, values, source.shape)
     dtype = result_dtype(array)
     core = len(source.shape), len(target.shape)

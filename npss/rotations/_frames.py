@@ -1,4 +1,4 @@
-"""Rotations in time: the axis of the frames, and what the first of them is to continue."""
+"""Read rotations in time: the axis of the frames, and the frame before the first."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from npss.validation import Array, check_finite, is_integer
 def rotations_in_time(
     name: str, values: npt.ArrayLike, size: int, axis: int, start: npt.ArrayLike | None
 ) -> tuple[Array, Array | None]:
-    """Copy rotations of `size` numbers, and read what they start from.
+    """Copy rotations of `size` numbers, and read the frame to start near.
 
     Returns
     -------
     rotations : (..., size) ndarray
-        A new C-contiguous array, of float32 for float32 and of float64 for all else. Its frames are its rows once
-        `axis` is moved to the front.
+        A new C-contiguous array, float32 for float32, float64 otherwise. With `axis` moved to the front, its rows are
+        frames.
     start : (..., size) ndarray or None
-        Of the shape of one frame.
+        In the shape of one frame.
 
     Raises
     ------
     TypeError, ValueError
-        If one is no array of such rotations, or not finite, their shapes do not fit, or `axis` is none of frames.
+        If an array does not hold such rotations or is not finite, the shapes do not match, or `axis` is invalid.
     """
     array = rotation_array(name, values, (size,))
     if not is_integer(axis):

@@ -25,7 +25,7 @@ def expmap_to_matrix(v: npt.ArrayLike) -> Array:
 
     Examples
     --------
-    A quarter turn about the vertical takes x to y:
+    A quarter turn about z rotates x to y:
 
     >>> import numpy as np
     >>> from npss.rotations import expmap_to_matrix
@@ -53,50 +53,48 @@ def expmap_to_quaternion(v: npt.ArrayLike) -> Array:
 
 
 def expmap_to_euler(v: npt.ArrayLike, *, seq: str = H36M, legacy: bool = False) -> Array:
-    """Convert exponential maps to Euler angles, by default those in which Human3.6M is scored.
+    """Convert exponential maps to Euler angles, by default in the Human3.6M convention.
 
     Parameters
     ----------
     v : (..., 3) array_like
-        Rotation vectors: the axis, as long as the angle in radians. Any angle below 2**52.
+        Rotation vectors: axis times angle in radians. Any angle below 2**52.
     seq : str
-        ``"h36m"``: the Human3.6M convention, see Notes. Or three letters: upper case for rotations about the
-        axes of the moving frame (intrinsic), lower case for those of the fixed frame (extrinsic), the first
-        letter first; ``"XYZ"`` is Rx(a) @ Ry(b) @ Rz(c), ``"xyz"`` is Rz(c) @ Ry(b) @ Rx(a).
+        ``"h36m"``: the Human3.6M convention, see Notes. Or three letters, upper case for rotations about the axes of
+        the moving frame (intrinsic), lower case for the fixed frame (extrinsic), the first letter first: ``"XYZ"`` is
+        Rx(a) @ Ry(b) @ Rz(c), ``"xyz"`` is Rz(c) @ Ry(b) @ Rx(a).
     legacy : bool
         Reproduce the released code of the NPSS paper to rounding, flaws included; only with ``seq="h36m"``.
 
     Returns
     -------
     (..., 3) ndarray
-        Angles in radians in the order of the letters; the outer ones in [-pi, pi], the middle one in
-        [-pi/2, pi/2], or in [0, pi] where the first letter is also the last. float32 for float32, float64 for
-        all else.
+        Angles in radians in the order of the letters; the outer ones in [-pi, pi], the middle one in [-pi/2, pi/2], or
+        in [0, pi] if the first letter is also the last. float32 for float32, float64 otherwise.
 
     Raises
     ------
     TypeError
-        If `v` is not an array of real numbers, or `seq` not a string.
+        If `v` is not an array of real numbers, or `seq` is not a string.
     ValueError
-        If the shape is another one, or a value is not finite or an angle too large (the first index is
-        named); if `seq` is no sequence; if `legacy` is asked for in another one than ``"h36m"``.
+        If the shape is wrong, or a value is not finite or an angle too large (the message names the first index); if
+        `seq` is not a sequence; if `legacy` is set and `seq` is not ``"h36m"``.
 
     Notes
     -----
-    With the matrix R of v the Human3.6M angles are those of the NPSS paper, the negated angles of ``"XYZ"``::
+    With the matrix R of v, the Human3.6M angles are those of the NPSS paper, the negated angles of ``"XYZ"``::
 
         E2 = -asin R[0, 2]
         E1 = atan2(R[1, 2] / cos E2, R[2, 2] / cos E2)
         E3 = atan2(R[0, 1] / cos E2, R[0, 0] / cos E2)
 
-    They are computed from an unnormalised quaternion, to the working precision at every angle, 0, pi and 2 pi
-    included, and so that they reproduce the rotation however near it is to gimbal lock. There, within about
-    sixteen machine epsilons, where only the sum or the difference of the outer angles is determined, the third
-    angle is zero.
+    They are computed from an unnormalised quaternion, to working precision at every angle, including 0, pi and 2 pi,
+    and reproduce the rotation even near gimbal lock. Within about sixteen machine epsilons of it, where only the sum
+    or the difference of the outer angles is determined, the third angle is zero.
 
-    The released code, `legacy`, divides v by its length plus 1.19e-7 and is off by about as much, by 1.5e-3
-    rad at 1e-4 rad from gimbal lock. At the lock itself (never reached by an angle below 1e8) it returns
-    angles of another rotation. It is computed in float64 whatever the precision of `v`.
+    The released code, `legacy`, divides v by its length plus 1.19e-7. Its error is about as large, and 1.5e-3 rad at
+    1e-4 rad from gimbal lock. At gimbal lock (never reached by an angle below 1e8) it returns the angles of another
+    rotation. It is computed in float64 for any precision of `v`.
 
     References
     ----------
@@ -117,7 +115,7 @@ def expmap_to_euler(v: npt.ArrayLike, *, seq: str = H36M, legacy: bool = False) 
     if not legacy:
         return convert("v", v, EXPMAP, euler)
     if seq != H36M:
-        raise ValueError(f"legacy: the released code knows only seq={H36M!r}, got seq={seq!r}")
+        raise ValueError(f"legacy: the released code supports only seq={H36M!r}, got seq={seq!r}")
     array = rotation_array("v", v, EXPMAP.shape)
     out = np.empty(array.shape, result_dtype(array))
     fill("v", array, out, (1, 1), legacy_euler, np.dtype(np.float64))

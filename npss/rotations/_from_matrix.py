@@ -46,7 +46,7 @@ def matrix_to_quaternion(R: npt.ArrayLike) -> Array:
 
 @conversion(_contract.MATRIX, _contract.EULER)
 def matrix_to_euler(R: npt.ArrayLike, *, seq: str = H36M) -> Array:
-    """Convert rotation matrices to Euler angles, by default those in which Human3.6M is scored.
+    """Convert rotation matrices to Euler angles, by default in the Human3.6M convention.
 
     {contract}
 

@@ -48,7 +48,7 @@ def quaternion_to_matrix(q: npt.ArrayLike) -> Array:
 
 @conversion(_contract.QUATERNION, _contract.EULER)
 def quaternion_to_euler(q: npt.ArrayLike, *, seq: str = H36M) -> Array:
-    """Convert quaternions to Euler angles, by default those in which Human3.6M is scored.
+    """Convert quaternions to Euler angles, by default in the Human3.6M convention.
 
     {contract}
 

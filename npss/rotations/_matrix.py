@@ -1,4 +1,4 @@
-"""Rotation matrices that are multiplied from the left: ``R @ x`` is the rotated x."""
+"""Read and write rotation matrices that rotate column vectors, ``R @ x``."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from npss.rotations._blocks import BadRotationError, Columns, require_finite
 from npss.rotations._forms import Form, Quaternion
 from npss.validation import Array
 
-#: By item size, how far an entry of ``R @ R.T`` may be from the identity. Wide enough for matrices that have
-#: been through the next lower precision.
+#: Tolerance of an entry of ``R @ R.T`` by item size. Wide enough for matrices rounded to the next lower precision.
 _TOLERANCE = {2: 1e-2, 4: 1e-4, 8: 1e-6}
 
 
@@ -21,10 +20,10 @@ def tolerance(given: np.dtype[Any]) -> float:
 
 
 def read_matrix(columns: Columns, given: np.dtype[Any]) -> Quaternion:
-    """Take the longest of the four multiples of the quaternion that can be read off a matrix.
+    """Return the longest of the four multiples of the quaternion that a matrix contains.
 
-    They are the rows of four times the outer product of the unit quaternion with itself; the longest is that
-    with the largest diagonal element.
+    They are the rows of four times the outer product of the unit quaternion with itself. The longest has the largest
+    diagonal element.
     """
     require_finite(columns)
     _require_rotation(columns, tolerance(given))
@@ -40,7 +39,7 @@ def read_matrix(columns: Columns, given: np.dtype[Any]) -> Quaternion:
 
 
 def write_matrix(quaternion: Quaternion, outputs: Columns) -> None:
-    """Divide polynomials of second degree in the quaternion by its squared length."""
+    """Divide quadratic polynomials in the quaternion by its squared length."""
     w, x, y, z = quaternion
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = outputs
     scale = 2 / (w * w + x * x + y * y + z * z)

@@ -1,4 +1,4 @@
-"""Human3.6M poses in the Euler angles in which they are scored."""
+"""Convert Human3.6M poses to the Euler angles that are scored."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from npss.validation import Array, Float64, check_finite
 
 #: Columns of a pose.
 POSE = 99
-#: The first ones, translation and rotation of the root, which are not scored.
+#: Leading columns that are not scored: translation and rotation of the root.
 UNSCORED = 6
-#: Rotations that are scored.
+#: Scored rotations.
 JOINTS = (POSE - UNSCORED) // 3
 
 
 def poses_to_euler(poses: npt.ArrayLike, *, legacy: bool = False) -> Float64:
-    """Convert Human3.6M poses from exponential maps to Euler angles, and zero what is not scored.
+    """Convert Human3.6M poses from exponential maps to Euler angles, and set unscored columns to zero.
 
     Parameters
     ----------
@@ -34,16 +34,16 @@ def poses_to_euler(poses: npt.ArrayLike, *, legacy: bool = False) -> Float64:
     Returns
     -------
     (..., 99) ndarray
-        Columns 0-5 zero, then the Euler angles of the joints in radians in the Human3.6M convention. float64
-        whatever the precision of `poses`: these are the angles that are scored.
+        Zeros in columns 0-5, then the Euler angles of the joints in radians, in the Human3.6M convention. float64 for
+        any precision of `poses`.
 
     Raises
     ------
     TypeError
         If `poses` is not an array of real numbers.
     ValueError
-        If the last axis has not 99 columns, or a value, in whatever column, is not finite, or an angle is
-        2**52 or more; the first index is named.
+        If the last axis does not have 99 columns, a value in any column is not finite, or an angle is 2**52 or more.
+        The message names the first index.
 
     Examples
     --------

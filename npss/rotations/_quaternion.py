@@ -1,4 +1,4 @@
-"""Quaternions ``(w, x, y, z)``: the cosine of half the angle, and its sine times the axis."""
+"""Read and write quaternions ``(w, x, y, z)``: the cosine of half the angle, and its sine times the axis."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from npss.rotations._forms import Form, Quaternion
 
 
 def read_quaternion(columns: Columns, given: np.dtype[Any]) -> Quaternion:
-    """Scale by a power of two, which is exact, so that the largest component lies in [1/2, 1)."""
+    """Scale by a power of two, which is exact, so that the largest component is in [1/2, 1)."""
     require_finite(columns)
     largest = np.abs(columns[0])
     for column in columns[1:]:
         np.maximum(largest, np.abs(column), out=largest)
     if not largest.all():
-        raise BadRotationError(int(np.argmin(largest)), "a zero quaternion, which is no rotation,")
+        raise BadRotationError(int(np.argmin(largest)), "a zero quaternion, not a rotation,")
     exponent = -np.frexp(largest)[1]
     w, x, y, z = (np.ldexp(column, exponent) for column in columns)
     return w, x, y, z
 
 
 def write_quaternion(quaternion: Quaternion, outputs: Columns) -> None:
-    """Scale to unit length and, of the two opposite quaternions, take that with w >= 0."""
+    """Scale to unit length, with w >= 0."""
     w, x, y, z = quaternion
     inverse = x * x
     inverse += y * y

@@ -1,4 +1,4 @@
-"""Angles without jumps: an explicit step before scoring, never taken silently."""
+"""Remove jumps of 2 pi: an explicit step before scoring, never a silent one."""
 
 from __future__ import annotations
 
@@ -9,40 +9,40 @@ import numpy.typing as npt
 
 from npss.validation import Array, Float64, check_finite, motion_array, renamed
 
-_LARGEST = 1e12  # radians, of which float64 still resolves 1e-4
+_LARGEST = 1e12  # radians; float64 still resolves 1e-4 there
 
 
 @renamed(seed="seed_frames")
 def unwrap(angles: npt.ArrayLike, *, seed_frames: npt.ArrayLike | None = None) -> Float64:
-    """Remove jumps of 2 pi along the frames, so that an angle that passes pi goes on instead of starting again.
+    """Remove jumps of 2 pi between frames, so that an angle that passes pi continues.
 
-    A wrap is a jump in the numbers where the motion has none, and every convention of NPSS counts it. It matters: on
-    Human3.6M's smoking, whose ground truth jumps by up to 6.18 rad between frames, unwrapping the target alone changes
-    the score of the zero-velocity baseline from 2.940 to 2.417 (`'paper'`) and from .943 to .763 (`'released'`),
-    unwrapping from the seed on to 2.081 and .653; walking and eating do not change. Published tables are of angles as
-    they come; a score of unwrapped ones says so in its signature (``unwrap='target'`` or ``'seed'``).
+    A wrap is a jump of the numbers that the motion does not have, and every convention of NPSS counts it. The ground
+    truth of Human3.6M's smoking jumps by up to 6.18 rad between frames. Unwrapping the target frames changes the score
+    of the zero-velocity baseline from 2.940 to 2.417 (`'paper'`) and from .943 to .763 (`'released'`); starting at the
+    seed frames gives 2.081 and .653. Walking and eating do not change. Published tables do not unwrap; state the choice
+    in the signature (``unwrap='target'`` or ``'seed'``).
 
     Parameters
     ----------
     angles : (N, T, D) or (T, D) array_like
         Angles in radians.
     seed_frames : (N, S, D) or (S, D) array_like, optional
-        The frames before them, in radians. Without, the unwrapping starts at the first frame of `angles`;
-        with it, at the first frame of the seed, and the angles continue it.
+        The frames before `angles`, in radians: unwrapping starts at the first of them (default: at the first frame of
+        `angles`).
 
     Returns
     -------
     ndarray of float64
-        Of the shape of `angles`; successive frames differ by at most pi. A new array.
+        In the shape of `angles`; successive frames differ by at most pi. A new array.
 
     Raises
     ------
     TypeError, ValueError
-        If an input is not as described, or the two differ in N or D.
+        If an input is invalid, or the two differ in N or D.
 
     See Also
     --------
-    npss.rotations.continuous_euler : the jumps of pi at gimbal lock, too.
+    npss.rotations.continuous_euler : removes jumps of pi at gimbal lock, too.
 
     Examples
     --------
@@ -60,13 +60,13 @@ def unwrap(angles: npt.ArrayLike, *, seed_frames: npt.ArrayLike | None = None) -
     before = _angles("seed_frames", seed_frames)
     if (before.ndim, *before.shape[:-2], before.shape[-1]) != (frames.ndim, *frames.shape[:-2], frames.shape[-1]):
         raise ValueError(
-            f"seed_frames: its shape {before.shape} may differ from that of angles, {frames.shape}, in the frames alone"
+            f"seed_frames: its shape {before.shape} must equal that of angles, {frames.shape}, except in the frames"
         )
     return _unwrap(np.concatenate([before, frames], axis=-2))[..., before.shape[-2] :, :]
 
 
 def require_turns(name: str, angles: Array) -> None:
-    """Raise a ValueError that names the first angle of which the turns cannot be told apart."""
+    """Raise a ValueError that names the first angle too large to tell turns apart."""
     large = np.abs(angles) > _LARGEST
     if large.any():
         index = tuple(int(i) for i in np.unravel_index(int(np.argmax(large)), large.shape))

@@ -46,11 +46,11 @@ class TestRegistry:
 
     @pytest.mark.parametrize("name", ["", " ", "a\nb", "\x1b[0m"])
     def test_names_can_be_printed(self, name):
-        with pytest.raises(ValueError, match=r"^the name of a thing: expected a text that can be printed, got "):
+        with pytest.raises(ValueError, match=r"^the name of a thing: expected printable text, got "):
             Registry("thing").register(name, 1)
 
     def test_names_are_texts(self):
-        with pytest.raises(TypeError, match=r"^the name of a thing: expected a text, got 1"):
+        with pytest.raises(TypeError, match=r"^the name of a thing: expected text, got 1"):
             Registry("thing").register(1, 1)
 
     def test_replaces_what_is_not_built_in(self):
@@ -219,5 +219,5 @@ class TestRequire:
 
     @pytest.mark.parametrize("stated", ["npss", {"npss": 1}, [1], ["a; rm"], ["$(a)"], ["a b"], [""], ["a\n"], None])
     def test_what_is_no_list_of_modules(self, stated):
-        with pytest.raises(ValueError, match=r"^plugins: expected a list of modules, got "):
+        with pytest.raises(ValueError, match=r"^plugins: expected a list of names of modules, got "):
             plugins.require(stated)

@@ -62,7 +62,7 @@ def test_without_the_option_commands_stop_and_print_it(capsys, run, arguments):
     assert main(arguments) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
-    message = "config.json: it needs what a plugin registers; if you trust the module, add --plugin my_model\n"
+    message = "config.json: a plugin is required; if you trust the module, add --plugin my_model\n"
     assert captured.err.endswith(message)
     assert "my_model" not in sys.modules
     assert main([*arguments[:1], "--plugin", "my_model", *arguments[1:]]) == 0

@@ -120,9 +120,9 @@ def test_precisions_and_empty_arrays(size, function):
 def test_a_zero_quaternion_is_none():
     q = np.ones((3, 4, 4))
     q[2, 1] = 0
-    with pytest.raises(ValueError, match=r"^q: a zero quaternion, which is no rotation, at index \(2, 1\)$"):
+    with pytest.raises(ValueError, match=r"^q: a zero quaternion, not a rotation, at index \(2, 1\)$"):
         continuous(q, axis=0)
-    with pytest.raises(ValueError, match=r"^start: a zero quaternion, which is no rotation, at index \(1,\)$"):
+    with pytest.raises(ValueError, match=r"^start: a zero quaternion, not a rotation, at index \(1,\)$"):
         continuous(np.ones((3, 4, 4)), axis=0, start=q[2])
 
 
