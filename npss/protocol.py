@@ -1,4 +1,4 @@
-"""What must be the same for two numbers to be comparable: Human3.6M's test windows, times and normalisation."""
+"""The protocol of Human3.6M, shared by comparable numbers: test windows, times and normalisation."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ __all__ = [
     "window_blocks",
 ]
 
-#: The actions of Human3.6M, as its files name them.
+#: The actions of Human3.6M, named as its files.
 ACTIONS = (
     *("directions", "discussion", "eating", "greeting", "phoning", "posing", "purchases", "sitting", "sittingdown"),
     *("smoking", "takingphoto", "waiting", "walking", "walkingdog", "walkingtogether"),
@@ -60,14 +60,14 @@ COLUMNS = (
 )
 #: Frames per second of test windows: every second frame of the files.
 FPS = 25
-#: The times, in milliseconds after the last seed frame, at which the field prints the Euler error.
+#: The field's times for the Euler error, in milliseconds after the last seed frame.
 SLICES_MS = (80, 160, 320, 400, 560, 1000)
 #: The subject whose clips are the test set.
 TEST_SUBJECT = 5
 #: The subjects whose clips are the training set.
 TRAIN_SUBJECTS = (1, 6, 7, 8, 9, 11)
-#: The lengths in frames, at 25 frames per second, of the test subject's two clips of each action. They decide where the
-#: test windows lie. Measured on the standard text files; None for the six clips that were not at hand: unknown, and so
+#: The lengths in frames, at 25 frames per second, of the test subject's two clips of each action. The positions of the
+#: test windows depend on them. Measured on the standard text files. None for six clips whose lengths are unknown and
 #: not checked.
 TEST_LENGTHS: Mapping[str, tuple[int | None, int | None]] = MappingProxyType(
     {
@@ -89,18 +89,18 @@ TEST_LENGTHS: Mapping[str, tuple[int | None, int | None]] = MappingProxyType(
     }
 )
 
-#: The protocols of which `window_blocks` knows the windows.
+#: The protocols that `window_blocks` supports.
 Blocked = Literal["srnn-8", "srnn-8-late", "random-256"]
 BLOCKED: tuple[Blocked, ...] = get_args(Blocked)
 
 _SEED = 1234567890  # of the generator that draws the windows
-_FIRST = 16  # the first frame that may be drawn
-_SEED_ROOM, _TARGET_ROOM = 50, 100  # frames before and after the boundary for which a draw leaves room
+_FIRST = 16  # the first frame of the range of draws
+_SEED_ROOM, _TARGET_ROOM = 50, 100  # frames that a draw reserves before and after the boundary
 _CONSTANT = 1e-4  # columns with a smaller standard deviation are dropped
 
 
 class Window(NamedTuple):
-    """Where a test window lies: in which clip, and in which of its frames at 25 frames per second.
+    """The position of a test window: its clip, and its frames at 25 frames per second.
 
     Attributes
     ----------
@@ -127,57 +127,57 @@ class Window(NamedTuple):
 
     @property
     def seed_frames(self) -> slice:
-        """The frames that the predictor sees."""
+        """The frames that the predictor reads."""
         return slice(self.start, self.start + self.n_seed)
 
     @property
     def target(self) -> slice:
-        """The frames that it is to predict."""
+        """The frames to predict."""
         return slice(self.seed_frames.stop, self.seed_frames.stop + self.n_target)
 
 
 def srnn_windows(
     lengths: Sequence[int], *, n_seed: int = 50, n_target: int = 100, late: bool = False
 ) -> tuple[Window, ...]:
-    """Return the eight test windows of an action that published tables use, the "SRNN seeds".
+    """Return the eight test windows of an action in published tables, the "SRNN seeds".
 
     Parameters
     ----------
     lengths : sequence of int
         The lengths in frames, at 25 frames per second, of the test subject's two clips of the action.
     n_seed : int, optional
-        Frames to see, at most 50: the last ones before the boundary between seed and target.
+        Seed frames, at most 50: the last ones before the boundary between seed and target.
     n_target : int, optional
-        Frames to predict, at most 100. The boundaries are the same whatever the two are, so that models which see more
-        or predict less are still compared on the same frames.
+        Target frames, at most 100. The boundaries do not depend on `n_seed` and `n_target`, so that models with more
+        seed frames or fewer target frames are compared on the same frames.
     late : bool, optional
-        Whether the windows are those of the code released with the NPSS paper, one frame later: protocol
-        ``'srnn-8-late'`` instead of ``'srnn-8'``.
+        Use the windows of the code released with the NPSS paper, one frame later: protocol ``'srnn-8-late'`` instead
+        of ``'srnn-8'``.
 
     Returns
     -------
     tuple of Window
-        Eight windows, of clip 0 and clip 1 in turn.
+        Eight windows, alternating between clip 0 and clip 1.
 
     Raises
     ------
     TypeError
         If a length or a number of frames is not an integer, or `late` is not True or False.
     ValueError
-        If there are not two lengths, one is too short to draw from, or a number of frames is out of range.
+        If there are not two lengths, a clip is too short, or a number of frames is out of range.
 
     Notes
     -----
-    A draw ``a`` is the first of 50 seed frames; the target is ``a + 50`` to ``a + 149``, and the last ``a`` that may be
-    drawn leaves one frame of the clip unused. The code released with the NPSS paper scores ``a + 51`` to ``a + 150``,
-    up to the last frame. Which of the two its tables hold is not known: the zero-velocity row of its Table 6, which the
-    earlier frames reproduce, was copied from Martinez et al. Late windows move as a whole, so that the target still
-    begins right after the seed, and times still count from the last seed frame.
+    A draw ``a`` is the first of 50 seed frames; the target is ``a + 50`` to ``a + 149``, and the largest ``a`` leaves
+    one frame of the clip unused. The code released with the NPSS paper scores ``a + 51`` to ``a + 150``, up to the last
+    frame. It is unknown which of the two its tables contain: the zero-velocity row of its Table 6, which the earlier
+    frames reproduce, was copied from Martinez et al. Late windows move as a whole: target frames still directly follow
+    seed frames, and times still count from the last seed frame.
 
     References
     ----------
     K. Fragkiadaki et al., "Recurrent Network Models for Human Dynamics", ICCV 2015; A. Jain et al., "Structural-RNN",
-    CVPR 2016; as used by J. Martinez et al., CVPR 2017.
+    CVPR 2016; used by J. Martinez et al., CVPR 2017.
 
     Examples
     --------
@@ -196,31 +196,31 @@ def srnn_windows(
 
 
 def random_windows(lengths: Sequence[int], *, n_seed: int = 10, n_target: int = 25) -> tuple[Window, ...]:
-    """Return 256 random test windows of an action, 128 of each clip.
+    """Return 256 random test windows of an action, 128 in each clip.
 
-    Eight windows are few: scores on 256 vary much less. The boundary between seed and target is the same whatever
-    `n_seed` and `n_target` are, so that models which see more or predict less are still compared on the same frames.
+    Scores on 256 windows vary much less than on eight. The boundaries between seed and target do not depend on `n_seed`
+    and `n_target`, so that models with more seed frames or fewer target frames are compared on the same frames.
 
     Parameters
     ----------
     lengths : sequence of int
         The lengths in frames, at 25 frames per second, of the test subject's two clips of the action.
     n_seed : int, optional
-        Frames to see, at most 50: the last ones before the boundary.
+        Seed frames, at most 50: the last ones before the boundary.
     n_target : int, optional
-        Frames to predict, at most 100.
+        Target frames, at most 100.
 
     Returns
     -------
     tuple of Window
-        256 windows, of clip 0 and clip 1 in turn.
+        256 windows, alternating between clip 0 and clip 1.
 
     Raises
     ------
     TypeError
         If a length or a number of frames is not an integer.
     ValueError
-        If there are not two lengths, one is too short to draw from, or a number of frames is out of range.
+        If there are not two lengths, a clip is too short, or a number of frames is out of range.
 
     References
     ----------
@@ -238,15 +238,15 @@ def random_windows(lengths: Sequence[int], *, n_seed: int = 10, n_target: int = 
 
 
 def chain_blocks(windows: Iterable[Window]) -> tuple[str, ...]:
-    """Return the block of each window, where a block is a chain of windows of one clip whose targets overlap.
+    """Return the block of each window: a chain of windows of one clip whose targets overlap.
 
-    Windows whose targets share frames have errors in common, so they are no independent evidence. It is for few
-    windows, such as those of `srnn_windows`; of many, nearly all are one chain, and `stretch_blocks` leaves more.
+    Windows whose targets share frames share errors, so they are not independent evidence. Use this function for few
+    windows, such as `srnn_windows`. Many windows form nearly a single chain; for them, use `stretch_blocks`.
 
     Parameters
     ----------
     windows : iterable of Window
-        Where the sequences lie.
+        The positions of the sequences.
 
     Returns
     -------
@@ -256,15 +256,15 @@ def chain_blocks(windows: Iterable[Window]) -> tuple[str, ...]:
     Raises
     ------
     TypeError
-        If one is no `Window`.
+        If an item is not a `Window`.
 
     See Also
     --------
-    window_blocks : by the name of the protocol.
+    window_blocks : blocks by the name of the protocol.
 
     Examples
     --------
-    >>> chain_blocks(srnn_windows((1500, 1261)))[::2]  # those of the first clip; two of them overlap
+    >>> chain_blocks(srnn_windows((1500, 1261)))[::2]  # windows of the first clip; two of them overlap
     ('clip 0, frames 1137-1294', 'clip 0, frames 1137-1294', 'clip 0, frames 710-809', 'clip 0, frames 251-350')
     """
     places = _places(windows)
@@ -276,41 +276,41 @@ def chain_blocks(windows: Iterable[Window]) -> tuple[str, ...]:
         chains.append((window.clip, start, stop))
 
     def chain_of(window: Window) -> tuple[int, int, int]:
-        return next(c for c in chains if c[0] == window.clip and c[1] <= window.target.start < c[2])
+        return next(chain for chain in chains if chain[0] == window.clip and chain[1] <= window.target.start < chain[2])
 
     return tuple(_label(*chain_of(window)) for window in places)
 
 
 def stretch_blocks(windows: Iterable[Window], lengths: Sequence[int]) -> tuple[str | None, ...]:
-    """Return the block of each window, where a block is a stretch of a clip that is twice as long as a target.
+    """Return the block of each window: a stretch of a clip, twice as long as a target.
 
-    Stretches follow each other from frame 0 of a clip on; what is left at its end, shorter than a stretch, is no
-    block. A window belongs to the stretch that holds its whole target. One across a border belongs to none: it would
-    tie two blocks together.
+    Stretches are consecutive from frame 0 of a clip; a shorter remainder at its end is not a block. A window belongs
+    to the stretch that contains its whole target. A window across a border belongs to no block, because it would link
+    two of them.
 
     Parameters
     ----------
     windows : iterable of Window
-        Where the sequences lie, such as `random_windows`; of equal targets.
+        The positions of the sequences, such as `random_windows`; with targets of equal length.
     lengths : sequence of int
         The lengths of the clips in frames, at the rate of the windows.
 
     Returns
     -------
     tuple of str or None
-        A label for each window, equal within a block, and None for those in none: ``groups`` of `npss.report` and
-        `npss.compare`.
+        A label for each window, equal within a block, or None for a window in no block: ``groups`` of `npss.report`
+        and `npss.compare`.
 
     Raises
     ------
     TypeError
-        If one is no `Window`, or a length is not an integer.
+        If an item is not a `Window`, or a length is not an integer.
     ValueError
         If a window is not in a clip of these lengths, or targets differ in length.
 
     See Also
     --------
-    window_blocks : by the name of the protocol.
+    window_blocks : blocks by the name of the protocol.
 
     Examples
     --------
@@ -320,27 +320,27 @@ def stretch_blocks(windows: Iterable[Window], lengths: Sequence[int]) -> tuple[s
     """
     places = _places(windows)
     clips = [positive_integer("lengths", length) for length in each("lengths", lengths)]
-    if len(targets := {window.n_target for window in places}) > 1:
-        raise ValueError(f"windows: expected targets of one length, got {', '.join(map(str, sorted(targets)))} frames")
-    found: list[str | None] = []
+    if len(sizes := {window.n_target for window in places}) > 1:
+        raise ValueError(f"windows: expected targets of equal length, got {', '.join(map(str, sorted(sizes)))} frames")
+    labels: list[str | None] = []
     for i, window in enumerate(places):
         if not (0 <= window.clip < len(clips) and window.target.stop <= clips[window.clip]):
-            raise ValueError(f"windows: {window} at {i} is not in clips of {clips} frames")
+            raise ValueError(f"windows: {window} at index {i} is not in clips of {clips} frames")
         stretch = 2 * window.n_target
         start = window.target.start // stretch * stretch
         whole = window.target.stop <= start + stretch <= clips[window.clip]
-        found.append(_label(window.clip, start, start + stretch) if whole else None)
-    return tuple(found)
+        labels.append(_label(window.clip, start, start + stretch) if whole else None)
+    return tuple(labels)
 
 
 def window_blocks(protocol: Blocked, lengths: Sequence[int], *, n_target: int = 100) -> tuple[str | None, ...]:
-    """Return the blocks of an action's test windows: which of them are no independent evidence.
+    """Return the block of each test window of an action; windows of a block are not independent evidence.
 
     Parameters
     ----------
     protocol : {'srnn-8', 'srnn-8-late', 'random-256'}
-        Which windows, as signatures name them: those of `srnn_windows`, or the same one frame later, in blocks by
-        `chain_blocks`; or those of `random_windows`, in blocks by `stretch_blocks`.
+        The windows by their name in signatures: `srnn_windows`, or the same one frame later, in blocks by
+        `chain_blocks`; or `random_windows`, in blocks by `stretch_blocks`.
     lengths : sequence of int
         The lengths in frames, at 25 frames per second, of the test subject's two clips, such as
         ``TEST_LENGTHS[action]``.
@@ -350,13 +350,13 @@ def window_blocks(protocol: Blocked, lengths: Sequence[int], *, n_target: int = 
     Returns
     -------
     tuple of str or None
-        A label for each window, equal within a block, and None for those in none: ``groups`` of `npss.report` and
-        `npss.compare`.
+        A label for each window, equal within a block, or None for a window in no block: ``groups`` of `npss.report`
+        and `npss.compare`.
 
     Raises
     ------
     TypeError, ValueError
-        If the protocol is none of these; and as `srnn_windows`, with lengths that are not known.
+        If the protocol is invalid or a length is unknown (None); also as for `srnn_windows`.
 
     Examples
     --------
@@ -371,7 +371,7 @@ def window_blocks(protocol: Blocked, lengths: Sequence[int], *, n_target: int = 
 
 
 def ms_to_frames(at_ms: Iterable[float], *, fps: float = FPS) -> list[int]:
-    """Return the predicted frames that lie at given times after the last seed frame.
+    """Convert times after the last seed frame to predicted frames.
 
     Parameters
     ----------
@@ -390,8 +390,8 @@ def ms_to_frames(at_ms: Iterable[float], *, fps: float = FPS) -> list[int]:
     TypeError
         If a time or `fps` is not a number.
     ValueError
-        If a time is not positive, or is not a frame: the message names the nearest times that are. A billionth of a
-        frame is forgiven, because ``1000 / 30`` is not exact.
+        If a time is not positive or not that of a frame. The message names the nearest valid times. The tolerance is a
+        billionth of a frame, because ``1000 / 30`` is not exact.
 
     See Also
     --------
@@ -412,7 +412,7 @@ def ms_to_frames(at_ms: Iterable[float], *, fps: float = FPS) -> list[int]:
 
 
 def frames_to_ms(frames: Iterable[int], *, fps: float = FPS) -> list[float]:
-    """Return the times after the last seed frame at which predicted frames lie.
+    """Convert predicted frames to times after the last seed frame.
 
     Parameters
     ----------
@@ -424,7 +424,7 @@ def frames_to_ms(frames: Iterable[int], *, fps: float = FPS) -> list[float]:
     Returns
     -------
     list of float
-        Times in milliseconds; an int where the time is a whole number of them.
+        Times in milliseconds; whole numbers are ints.
 
     Raises
     ------
@@ -456,16 +456,16 @@ def frames_to_ms(frames: Iterable[int], *, fps: float = FPS) -> list[float]:
 
 @dataclass(frozen=True, eq=False)
 class Normalization:
-    """What maps poses to what models see and back: constant columns dropped, the others standardised.
+    """The normalisation of poses for models: drop constant columns, standardise the others.
 
     Attributes
     ----------
     mean : (D,) ndarray of float64
         The mean of every column.
     std : (D,) ndarray of float64
-        The standard deviation of every column, 1 for those that are dropped.
+        The standard deviation of every column, 1 for dropped ones.
     columns : tuple of int
-        The C columns that are kept, ascending.
+        The C kept columns, ascending.
     """
 
     mean: Float64
@@ -473,7 +473,7 @@ class Normalization:
     columns: tuple[int, ...]
 
     def normalize(self, poses: npt.ArrayLike) -> Array:
-        """Keep the columns that vary, less their mean, over their standard deviation.
+        """Return the columns that vary, minus their mean, divided by their standard deviation.
 
         Parameters
         ----------
@@ -483,38 +483,38 @@ class Normalization:
         Returns
         -------
         (..., C) ndarray
-            For Human3.6M ``(..., 54)``. float32 for float32, float64 for all else.
+            For Human3.6M ``(..., 54)``. float32 for float32, float64 otherwise.
 
         Raises
         ------
         TypeError
             If `poses` does not hold real numbers.
         ValueError
-            If the last axis is not as long as it should be, or a value is NaN or infinite.
+            If the last axis has the wrong length, or a value is NaN or infinite.
         """
         array = _rows("poses", poses, len(self.mean))
         kept = list(self.columns)
         return ((array[..., kept] - self.mean[kept]) / self.std[kept]).astype(result_dtype(array), copy=False)
 
     def unnormalize(self, values: npt.ArrayLike) -> Array:
-        """Undo `normalize`; the columns that it dropped get their mean.
+        """Undo `normalize`, and set dropped columns to their mean.
 
         Parameters
         ----------
         values : (..., C) array_like
-            What `normalize` returns, or what a model that sees it predicts.
+            Normalised poses, from `normalize` or a model.
 
         Returns
         -------
         (..., D) ndarray
-            Poses. float32 for float32, float64 for all else.
+            Poses. float32 for float32, float64 otherwise.
 
         Raises
         ------
         TypeError
             If `values` does not hold real numbers.
         ValueError
-            If the last axis is not as long as it should be, or a value is NaN or infinite.
+            If the last axis has the wrong length, or a value is NaN or infinite.
         """
         array = _rows("values", values, len(self.columns))
         kept = list(self.columns)
@@ -525,26 +525,26 @@ class Normalization:
 
 
 def normalization(clips: Iterable[npt.ArrayLike]) -> Normalization:
-    """Compute the statistics by which models of the field see poses.
+    """Compute the field's normalisation of poses from a training set.
 
     Parameters
     ----------
     clips : iterable of (T_i, D) array_like
         The training set: for Human3.6M all rows, at 50 frames per second, of both clips of the `TRAIN_SUBJECTS` for the
-        action or actions that the model learns.
+        action or actions of the model.
 
     Returns
     -------
     Normalization
-        Mean and standard deviation over the rows of all clips, which every row enters alike. Columns whose standard
-        deviation is below 1e-4 are dropped; for Human3.6M `COLUMNS` are left.
+        Mean and standard deviation over the rows of all clips, with equal weights. Columns with a standard deviation
+        below 1e-4 are dropped; for Human3.6M, `COLUMNS` remain.
 
     Raises
     ------
     TypeError
         If a clip does not hold real numbers.
     ValueError
-        If there is no clip, one is not ``(T, D)`` with the D of the first or not finite, or no column varies.
+        If there are no clips, a clip is not finite or not ``(T, D)`` with the D of the first, or no column varies.
 
     References
     ----------
@@ -553,14 +553,14 @@ def normalization(clips: Iterable[npt.ArrayLike]) -> Normalization:
     Examples
     --------
     >>> import numpy as np
-    >>> found = normalization([np.array([[1.0, 7.0], [2.0, 7.0]]), np.array([[3.0, 7.0]])])
-    >>> found.columns
+    >>> fitted = normalization([np.array([[1.0, 7.0], [2.0, 7.0]]), np.array([[3.0, 7.0]])])
+    >>> fitted.columns
     (0,)
-    >>> x = found.normalize([[2.0, 7.0], [3.0, 7.0]])
+    >>> x = fitted.normalize([[2.0, 7.0], [3.0, 7.0]])
     >>> x.round(3)
     array([[0.   ],
            [1.225]])
-    >>> found.unnormalize(x)
+    >>> fitted.unnormalize(x)
     array([[2., 7.],
            [3., 7.]])
     """
@@ -572,9 +572,9 @@ def normalization(clips: Iterable[npt.ArrayLike]) -> Normalization:
             raise ValueError(f"{name}: expected shape (T, D) = (frames, columns), got {array.shape}")
         rows.append(_rows(name, array, rows[0].shape[1] if rows else array.shape[1]))
     if not rows:
-        raise ValueError("clips: no clip to compute statistics of")
+        raise ValueError("clips: expected at least one clip")
     total = sum(len(array) for array in rows)
-    # Mean and spread in turn: the difference of two large sums would lose the columns that hardly vary.
+    # The mean first, then the spread: the difference of two large sums would lose columns that hardly vary.
     with np.errstate(over="ignore", invalid="ignore"):
         mean: Float64 = np.sum([array.sum(axis=0, dtype=np.float64) for array in rows], axis=0) / total
         std: Float64 = np.sqrt(
@@ -582,10 +582,11 @@ def normalization(clips: Iterable[npt.ArrayLike]) -> Normalization:
             / total
         )
     if not np.isfinite(std).all():
-        raise ValueError(f"clips: column {int(np.argmin(np.isfinite(std)))} has no standard deviation within float64")
+        column = int(np.argmin(np.isfinite(std)))
+        raise ValueError(f"clips: the standard deviation of column {column} is beyond float64")
     columns = tuple(int(column) for column in np.flatnonzero(std >= _CONSTANT))
     if not columns:
-        raise ValueError(f"clips: no column varies (standard deviation of {_CONSTANT:g} or more)")
+        raise ValueError(f"clips: no column has a standard deviation of {_CONSTANT:g} or more")
     std[std < _CONSTANT] = 1
     for array in (mean, std):
         array.setflags(write=False)
@@ -593,20 +594,20 @@ def normalization(clips: Iterable[npt.ArrayLike]) -> Normalization:
 
 
 def _windows(lengths: Sequence[int], count: int, n_seed: int, n_target: int) -> tuple[Window, ...]:
-    """Draw windows of clip 0 and clip 1 in turn; the boundary of each depends on the draw alone."""
+    """Draw windows of clip 0 and clip 1 in turn; the boundary of a window depends only on its draw."""
     for name, value, most in (("n_seed", n_seed, _SEED_ROOM), ("n_target", n_target, _TARGET_ROOM)):
         if positive_integer(name, value) > most:
-            raise ValueError(f"{name}: {value} frames, but these windows have at most {most}")
+            raise ValueError(f"{name}: expected at most {most} frames, got {value}")
     clips = [positive_integer("lengths", length) for length in each("lengths", lengths)]
     if len(clips) != 2:
-        raise ValueError(f"lengths: an action has two clips, got {len(clips)} lengths")
+        raise ValueError(f"lengths: expected those of the two clips of an action, got {len(clips)} lengths")
     room = _SEED_ROOM + _TARGET_ROOM
     for clip, length in enumerate(clips):
         if length <= _FIRST + room:
             raise ValueError(
                 f"lengths: clip {clip} has {length} frames; windows of {room} frames need at least {_FIRST + room + 1}"
             )
-    generator = np.random.RandomState(_SEED)  # the legacy generator: its stream is fixed for ever
+    generator = np.random.RandomState(_SEED)  # the legacy generator, whose stream never changes
     draws = [(i % 2, int(generator.randint(_FIRST, clips[i % 2] - room))) for i in range(count)]
     return tuple(Window(clip, draw + _SEED_ROOM - n_seed, n_seed, n_target) for clip, draw in draws)
 
@@ -615,7 +616,7 @@ def _places(windows: Iterable[Window]) -> list[Window]:
     places = each("windows", windows, "windows")
     for i, window in enumerate(places):
         if not isinstance(window, Window):
-            raise TypeError(f"windows: expected a Window, got {window!r} at {i}")
+            raise TypeError(f"windows: expected a Window, got {window!r} at index {i}")
     return places
 
 

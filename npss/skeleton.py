@@ -1,4 +1,4 @@
-"""Forward kinematics: from rotations to positions of joints, for any skeleton and for Human3.6M's."""
+"""Forward kinematics: compute positions of joints from rotations, for Human3.6M's and other skeletons."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ class Skeleton:
     Parameters
     ----------
     names : sequence of str
-        The J joints, each under a name of its own.
+        Unique names of the J joints.
     parents : sequence of int
-        The index of each joint's parent, in any order; -1 for the root, of which there is one.
+        The index of each joint's parent, in any order; -1 for the single root.
     offsets : (J, 3) array_like
-        Where each joint is in the frame of its parent, in the unit in which positions are wanted; of the root,
-        where it is by default. float64, read-only.
+        The position of each joint in the frame of its parent, in the unit of positions; for the root, its default
+        position. float64, read-only.
 
     Raises
     ------
     TypeError
-        If a name is no string, a parent no integer, or an offset no real number.
+        If a name is not a string, a parent not an integer, or an offset not a real number.
     ValueError
-        If there are no joints, the three differ in length, a name is there twice, an offset is not finite, there is not
-        one root, a parent is not a joint, or joints are each other's ancestors.
+        If there are no joints, the three differ in length, a name is a duplicate, an offset is not finite, there is not
+        exactly one root, a parent is not a joint, or ancestors form a cycle.
 
     Examples
     --------
@@ -64,14 +64,14 @@ class Skeleton:
     def __init__(self, names: Sequence[str], parents: Sequence[int], offsets: npt.ArrayLike) -> None:
         joints, tree = each("names", names, "strings"), each("parents", parents, "integers")
         if not joints:
-            raise ValueError("names: a skeleton has at least one joint")
+            raise ValueError("names: expected at least one joint")
         for i, name in enumerate(joints):
             if not isinstance(name, str):
                 raise TypeError(f"names: expected strings, got {name!r} at index {i}")
             if name in joints[:i]:
-                raise ValueError(f"names: {name!r} is there twice, at index {joints.index(name)} and {i}")
+                raise ValueError(f"names: duplicate {name!r}, at index {joints.index(name)} and {i}")
         if len(tree) != len(joints):
-            raise ValueError(f"parents: {len(tree)} of them for {len(joints)} joints")
+            raise ValueError(f"parents: expected one for each of {len(joints)} joints, got {len(tree)}")
         array = real_array("offsets", offsets)
         if array.shape != (len(joints), 3):
             raise ValueError(f"offsets: expected shape (J, 3) = ({len(joints)}, 3), got {array.shape}")
@@ -88,12 +88,12 @@ class Skeleton:
 
     @property
     def bones(self) -> tuple[tuple[int, int], ...]:
-        """What to draw: (child, parent) for every joint that is not where its parent is."""
+        """The bones to draw: (child, parent) for every joint with a nonzero offset."""
         return tuple((j, parent) for j, parent in enumerate(self.parents) if parent >= 0 and self.offsets[j].any())
 
     @property
     def sides(self) -> tuple[str, ...]:
-        """Of every joint 'left', 'right' or 'centre', by its name: ``LeftFoot``, ``LFoot``, ``l_foot``."""
+        """The side of every joint, 'left', 'right' or 'centre', by its name: ``LeftFoot``, ``LFoot``, ``l_foot``."""
         return tuple(
             next((side for side, begins in _SIDES.items() if begins.match(name)), "centre") for name in self.names
         )
@@ -101,9 +101,9 @@ class Skeleton:
     def positions(
         self, rotations: npt.ArrayLike, *, root: npt.ArrayLike | None = None, offsets: npt.ArrayLike | None = None
     ) -> Array:
-        """Compute where the joints are: forward kinematics.
+        """Compute the positions of the joints by forward kinematics.
 
-        Column vectors, from the root on::
+        With column vectors, starting at the root::
 
             turned[j] = turned[parent] @ rotations[j]
             position[j] = position[parent] + turned[parent] @ offsets[j]
@@ -113,31 +113,31 @@ class Skeleton:
         rotations : (..., J, 3, 3) array_like
             The rotation of every joint in the frame of its parent, as matrices that rotate column vectors.
         root : (..., 3) array_like, optional
-            Where the root is, with the leading axes of `rotations`; by default, at its offset.
+            The position of the root, with the leading axes of `rotations` (default: its offset).
         offsets : (..., J, 3) array_like, optional
-            Where each joint is in the frame of its parent, with the leading axes of `rotations`, if that changes, as it
-            does where files hold positions of all joints; by default, the skeleton's.
+            The position of each joint in the frame of its parent, with the leading axes of `rotations`, if it varies,
+            as in files with positions of all joints (default: the skeleton's offsets).
 
         Returns
         -------
         (..., J, 3) ndarray
-            In the unit of the offsets. float32 for float32 rotations, float64 for all else.
+            In the unit of the offsets. float32 for float32 rotations, float64 otherwise.
 
         Raises
         ------
         TypeError
             If an argument does not hold real numbers.
         ValueError
-            If a shape is wrong, a value is not finite, or a matrix is no rotation; the first index is named.
+            If a shape is wrong, a value is not finite, or a matrix is not a rotation. The message names the index.
         """
         turns = rotation_array("rotations", rotations, (len(self.names), 3, 3))
-        convert("rotations", turns, MATRIX, QUATERNION)  # refuses what is not finite and what is no rotation
+        convert("rotations", turns, MATRIX, QUATERNION)  # raises unless all are finite rotations
         bones = self.offsets if offsets is None else _like("offsets", offsets, turns.shape[:-1])
         place = bones[..., self.parents.index(-1), :] if root is None else _like("root", root, (*turns.shape[:-3], 3))
         return self._compose(turns, place, bones)
 
     def _compose(self, rotations: Array, root: Array, offsets: Array) -> Array:
-        """Do what `positions` says with arguments that are as it says."""
+        """Compute `positions` from valid arguments."""
         dtype = result_dtype(rotations)
         turned = np.empty(rotations.shape, dtype)
         positions = np.empty(rotations.shape[:-1], dtype)
@@ -163,24 +163,24 @@ def _like(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
 
 
 def _order(parents: Sequence[int], names: Sequence[str]) -> tuple[int, ...]:
-    """Return the joints, each after its parent."""
+    """Return the order in which each joint follows its parent."""
     for j, parent in enumerate(parents):
         if not is_integer(parent):
             raise TypeError(f"parents: expected integers, got {parent!r} for {names[j]}")
         if not -1 <= parent < len(parents):
             raise ValueError(f"parents: {parent} for {names[j]}; expected -1 or one of the {len(parents)} joints")
     if (roots := parents.count(-1)) != 1:
-        raise ValueError(f"parents: expected one root, which has parent -1, got {roots}")
+        raise ValueError(f"parents: expected one root, with parent -1, got {roots}")
     order = [parents.index(-1)]
     for parent in order:  # grows
         order += [j for j in range(len(parents)) if parents[j] == parent]
     if adrift := set(range(len(parents))) - set(order):
-        raise ValueError(f"parents: {names[min(adrift)]} is not connected to the root: its ancestors form a circle")
+        raise ValueError(f"parents: {names[min(adrift)]} is not connected to the root: its ancestors form a cycle")
     return tuple(order)
 
 
-#: The skeleton of Human3.6M's exponential-map files: 32 joints, in millimetres; x points to the figure's left,
-#: y up, z ahead. The numbers are those of the published files; the names only describe.
+#: The skeleton of Human3.6M's exponential-map files: 32 joints, in millimetres; x points to the figure's left, y up, z
+#: forwards. The numbers are from the published files; the names are descriptive.
 H36M = Skeleton(
     (
         *("Hips", "RightUpLeg", "RightLeg", "RightFoot", "RightToeBase", "RightToeEnd"),
@@ -210,59 +210,59 @@ H36M = Skeleton(
         *((0, 0, 0), (0, 0, 99.999888), (0, 137.499922, 0), (0, 0, 0)),
     ),
 )
-#: The names of the 99 columns of a Human3.6M pose; those that agree up to the dot belong to one joint. Euler angles
-#: of `npss.poses_to_euler` have the same columns.
+#: The names of the 99 columns of a Human3.6M pose, ``joint.axis``. Euler angles of `npss.poses_to_euler` have the same
+#: columns.
 FEATURE_NAMES = tuple(f"{joint}.{axis}" for joint in ("translation", *H36M.names) for axis in "xyz")
 
 
-#: Where the root is: at the origin, facing ahead, or on its path.
+#: The root: at the origin, facing forwards, or on its path.
 Root = Literal["fixed", "path"]
 
 
 def poses_to_positions(poses: npt.ArrayLike, *, root: Root = "fixed") -> Array:
-    """Compute where the joints of Human3.6M poses are.
+    """Compute the positions of the joints of Human3.6M poses.
 
     Parameters
     ----------
     poses : (..., 99) array_like
-        As the files hold them: columns 0-2 are the displacement of the root since the frame before in millimetres,
-        3-5 its turn since then, then the rotations of 31 joints in the frames of their parents; rotations are
+        Poses as in the files: columns 0-2 are the displacement of the root since the frame before in millimetres, 3-5
+        its rotation since then, then the rotations of 31 joints in the frames of their parents. Rotations are
         exponential maps in radians.
     root : {'fixed', 'path'}, optional
-        Leave the root at the origin, facing ahead: what is scored, namely columns 6 on, and nothing else. Or follow its
-        displacements and turns in time, ``(..., T, 99)``, from there on; those of the first frame do not count.
+        Keep the root at the origin, facing forwards, and use only the scored columns, from 6 on. Or start there and
+        follow its displacements and rotations in time, ``(..., T, 99)``; those of the first frame are ignored.
 
     Returns
     -------
     (..., 32, 3) ndarray
-        Positions in millimetres of the joints of `H36M`. float32 for float32, float64 for all else.
+        Positions in millimetres of the joints of `H36M`. float32 for float32, float64 otherwise.
 
     Raises
     ------
     TypeError
-        If `poses` does not hold real numbers, or `root` is no string.
+        If `poses` does not hold real numbers, or `root` is not a string.
     ValueError
-        If the last axis has not 99 columns, a value is not finite, an angle is 2**52 or more, `root` is neither of the
-        two, or a path has no axis of time.
+        If the last axis does not have 99 columns, a value is not finite, an angle is 2**52 or more, `root` is invalid,
+        or a path has no time axis.
 
     Notes
     -----
-    The files are made for row vectors: with the matrix R of an exponential map, ``offset @ R``. In terms of
-    `Skeleton.positions` the rotation of a joint is the transposed matrix, that of the negated exponential map. Only so
-    knees bend backwards and the foot that stands stays in its place.
+    The files are made for row vectors: with the matrix R of an exponential map, ``offset @ R``. For
+    `Skeleton.positions`, the rotation of a joint is the transposed matrix, that of the negated exponential map. Only
+    then knees bend backwards and the standing foot stays in place.
 
-    The test windows of the field, every second frame of the files, hold every second displacement: their paths are
-    about half as long as what was walked.
+    The test windows of the field use every second frame of the files, and so every second displacement: their paths
+    are about half as long as the distance walked.
 
     References
     ----------
     C. Ionescu et al., "Human3.6M: Large Scale Datasets and Predictive Methods for 3D Human Sensing in Natural
-    Environments", TPAMI 2014. The composition is that of the code released with J. Martinez et al., "On Human Motion
+    Environments", TPAMI 2014. The composition follows the code released with J. Martinez et al., "On Human Motion
     Prediction Using Recurrent Neural Networks", CVPR 2017.
 
     Examples
     --------
-    Every joint as the skeleton defines it, but the right knee bent by 90 degrees:
+    A default pose with the right knee bent by 90 degrees:
 
     >>> import numpy as np
     >>> from npss.skeleton import FEATURE_NAMES, H36M, poses_to_positions
@@ -275,7 +275,7 @@ def poses_to_positions(poses: npt.ArrayLike, *, root: Root = "fixed") -> Array:
     array = rotation_array("poses", poses, (POSE,))
     one_of("root", root, get_args(Root))
     if root == "path" and array.ndim < 2:
-        raise ValueError(f"poses: a path needs an axis of time, expected shape (..., T, {POSE}), got {array.shape}")
+        raise ValueError(f"poses: a path needs a time axis, expected shape (..., T, {POSE}), got {array.shape}")
     check_finite("poses", array)
     joints = array[..., 3:].reshape((*array.shape[:-1], len(H36M.names), 3))
     rotations = convert("poses: as (..., 32, 3) from column 3 on", joints, EXPMAP, MATRIX).swapaxes(-1, -2)

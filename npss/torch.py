@@ -1,13 +1,13 @@
-"""The same score as a torch function: differentiable, on the device where the tensors are.
+"""The score as a differentiable torch function, on the device of its tensors.
 
-It is written from the definition, over all the bins that the convention counts, so that autograd sees nothing but sums,
-quotients and absolute values. Three details keep its gradients finite and its range whole:
+It follows the definition, over all bins of the convention, so that autograd meets only sums, quotients and absolute
+values. Three details keep gradients finite and prevent overflow:
 
-- Power is ``re**2 + im**2``, never the square of a magnitude, whose gradient at zero is not defined.
-- Where a denominator is zero it is replaced before the division, not after it: a gradient of ``0/0`` would be nan even
-  where its value is not used.
-- Each feature of each sequence is divided by its own peak, which is taken as a constant. No square overflows then, and
-  the gradient is still whole, because the score of a scaled feature is the same function whatever the scale.
+- Power is ``re**2 + im**2``, not the square of a magnitude, whose gradient at zero is undefined.
+- A zero denominator is replaced before the division, not after: a gradient of ``0/0`` would be nan even where the value
+  is unused.
+- Each feature of each sequence is divided by its peak, treated as a constant. So no square overflows, and the gradient
+  is complete, because the score does not depend on the scale of a feature.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _DTYPES = (torch.float64, torch.float32, torch.float16, torch.bfloat16)
 
 
 def score(gt: torch.Tensor, pred: torch.Tensor, *, convention: ConventionName | Convention = "paper") -> torch.Tensor:
-    """NPSS as a differentiable torch function: the number that `npss.score` gives, as a scalar tensor.
+    """Return the NPSS as a differentiable scalar tensor, equal to `npss.score`.
 
     Parameters
     ----------
@@ -32,37 +32,37 @@ def score(gt: torch.Tensor, pred: torch.Tensor, *, convention: ConventionName | 
         Ground truth: N sequences of T >= 2 frames of D features (angles in radians, usually). float64, float32,
         float16 or bfloat16, on any device.
     pred : tensor
-        Prediction, of the same shape and device as `gt`, and of any of these dtypes.
+        Prediction, with the shape and device of `gt` and any of these dtypes.
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `npss.score`.
 
     Returns
     -------
     () tensor
-        The score, on the device of the input, computed in float64 if one of the two is, and in float32 otherwise, half
-        precision included: float32 agrees with `npss.score` to about 1e-4 of the value, float64 to 1e-10.
+        The score, on the device of the input. Computed in float64 if either input is, and in float32 otherwise,
+        including half precision. float32 agrees with `npss.score` to about 1e-4 of the value, float64 to 1e-10.
 
     Raises
     ------
     TypeError
         If an argument is not a tensor of one of these dtypes, or the convention is neither a name nor a `Convention`.
     ValueError
-        If the shapes are wrong or differ, or the devices differ, a value is NaN or infinite (named with its index),
-        there are fewer than two frames, the ground truth has no power at all, or no convention has that name.
+        If the shapes are wrong or differ, or the devices differ, a value is NaN or infinite (the message names its
+        index), there are fewer than two frames, the ground truth has no power, or the convention is unknown.
 
     See Also
     --------
-    npss.score : the same for arrays, exactly summed: the one to report.
+    npss.score : the same for arrays, with exact sums: report this one.
     npss.torchmetrics.NPSS : the same over batches.
 
     Notes
     -----
-    As a loss it needs another one beside it: it sees neither the scale nor the sign of a predicted feature, nor a shift
-    in time (but for ``power='real'``). Constant features of the prediction, zeros among them, have a gradient of zero
-    up to rounding: a descent that starts from a standing pose goes nowhere.
+    As a loss, combine it with another: it ignores the scale and the sign of a predicted feature, and shifts in time
+    (except with ``power='real'``). Constant features of the prediction, including zeros, have a gradient of zero up to
+    rounding, so descent from a standing pose makes no progress.
 
-    Whether the score exists (finite input, ground truth with power) is asked of the device once a call, which waits for
-    it; only then, if it does not, are the tensors copied to say where.
+    Each call waits once for the device, to check that the score exists (finite input, ground truth with power). Tensors
+    are copied only if it does not, to name the place.
 
     References
     ----------
@@ -83,12 +83,12 @@ def score(gt: torch.Tensor, pred: torch.Tensor, *, convention: ConventionName | 
     >>> pred.grad.shape
     torch.Size([100, 2])
     """
-    chosen = as_convention(convention)
+    choices = as_convention(convention)
     check_pair("gt", gt, "pred", pred)
     dtype = torch.promote_types(torch.promote_types(gt.dtype, pred.dtype), torch.float32)
-    numerator, denominator = weighted_sums(gt.to(dtype), pred.to(dtype), chosen, relative=True)
+    numerator, denominator = weighted_sums(gt.to(dtype), pred.to(dtype), choices, relative=True)
     value = numerator / denominator
-    if bool(value.isnan()):  # the one wait: NaN or infinite input ends here, and so does 0/0
+    if bool(value.isnan()):  # the only wait: NaN or infinite input, or 0/0
         check_finite_tensor("gt", gt)
         check_finite_tensor("pred", pred)
         raise ValueError("gt: no power in any feature of any sequence, so there is nothing to score")
@@ -96,14 +96,14 @@ def score(gt: torch.Tensor, pred: torch.Tensor, *, convention: ConventionName | 
 
 
 def check_pair(first_name: str, first: torch.Tensor, second_name: str, second: torch.Tensor) -> None:
-    """Refuse what is no pair of motions, without a look at the values.
+    """Check that two tensors are a pair of motions, without reading values.
 
-    The first is the one that the second is compared with.
+    Errors compare the second with the first.
 
     Raises
     ------
     TypeError, ValueError
-        As `score`, but for those about values.
+        As for `score`, except for values.
     """
     for name, motion in ((first_name, first), (second_name, second)):
         if not isinstance(motion, torch.Tensor):
@@ -112,20 +112,20 @@ def check_pair(first_name: str, first: torch.Tensor, second_name: str, second: t
             raise TypeError(
                 f"{name}: expected floating-point numbers, got {motion.dtype}; convert it, e.g. {name}.float()"
             )
-        motion_array(name, np.broadcast_to(0.0, motion.shape))  # the shape alone, by the rule of npss.score
+        motion_array(name, np.broadcast_to(0.0, motion.shape))  # checks the shape as npss.score does
     if second.shape != first.shape:
         raise ValueError(
             f"{second_name}: its shape {tuple(second.shape)} differs from that of {first_name}, "
             f"{tuple(first.shape)}; nothing is broadcast"
         )
     if second.device != first.device:
-        raise ValueError(f"{second_name}: on {second.device}, whereas {first_name} is on {first.device}")
+        raise ValueError(f"{second_name}: on {second.device}, but {first_name} is on {first.device}")
     if first.shape[-2] < 2:
         raise ValueError(f"{first_name}: one frame; a power spectrum needs at least two")
 
 
 def check_finite_tensor(name: str, motion: torch.Tensor) -> None:
-    """`check_finite` of a tensor on any device, and of any dtype: numpy has no bfloat16."""
+    """Call `check_finite` on a tensor of any device and dtype, including bfloat16, which numpy lacks."""
     check_finite(
         name, motion.double().numpy(force=True) if motion.dtype == torch.bfloat16 else motion.numpy(force=True)
     )
@@ -139,16 +139,16 @@ def weighted_sums(
     Parameters
     ----------
     gt, pred : (N, T, D) or (T, D) tensor
-        Of the same shape, dtype and device. NaN and infinite values make the first sum NaN.
+        Motions of the same shape, dtype and device. NaN and infinite values make the first sum NaN.
     convention : Convention
     relative : bool
-        Whether weights are relative to the largest peak of the ground truth, which no value can overflow, rather than
-        comparable between calls.
+        Make weights relative to the largest peak of the ground truth, which prevents overflow, instead of comparable
+        between calls.
 
     Returns
     -------
     numerator, denominator : () tensor
-        Both zero, or both NaN if relative, where the ground truth has no power.
+        Both zero, or both NaN if relative, if the ground truth has no power.
     """
     truth, total, peak = _spectra(gt, convention)
     prediction, _, _ = _spectra(pred, convention)
@@ -159,7 +159,7 @@ def weighted_sums(
     if convention.weight == "uniform":
         weight = (total != 0).to(total.dtype)
     else:
-        peak = torch.where(total == 0, 0.0, peak)  # so that a feature without power sets no scale
+        peak = torch.where(total == 0, 0.0, peak)  # a feature without power must not set the scale
         weight = total * (peak / peak.max() if relative else peak).square()
     return (weight * distance).sum(), weight.sum()
 
@@ -167,8 +167,8 @@ def weighted_sums(
 def _spectra(motion: torch.Tensor, convention: Convention) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
     """Return the normalised spectra ``(..., bins, D)``, their totals and the peaks ``(..., 1, D)``.
 
-    The totals are those of features divided by their peaks. Comparisons are with exactly zero, for which NaN does not
-    pass: it stays, to be found in the result.
+    Totals are of features divided by their peaks. NaN is not equal to zero, so it passes the comparisons and remains in
+    the result.
     """
     n_frames = motion.shape[-2]
     peak = motion.detach().abs().amax(-2, keepdim=True)

@@ -1,4 +1,4 @@
-"""The same score over batches, as a metric of torchmetrics."""
+"""The score over batches, as a metric of torchmetrics."""
 
 from __future__ import annotations
 
@@ -17,30 +17,29 @@ __all__ = ["NPSS"]
 
 Policy = Literal["raise", "propagate"]
 _POLICIES: tuple[Policy, ...] = get_args(Policy)
-_LEAST = 1e-290  # a sum of weights below which float64 begins to lose digits
+_LEAST = 1e-290  # float64 loses digits in smaller sums of weights
 
 
 class NPSS(Metric):
-    """NPSS of all batches together: the number that `npss.score` gives for the whole set, however it was split.
+    """The NPSS of all batches: the value of `npss.score` for the whole set, however it is split.
 
-    **The prediction comes first**, as everywhere in torchmetrics: ``update(preds, target)``. `npss.score` has the
-    ground truth first, and the score is not symmetric. By name, ``update(target=gt, preds=pred)``, they cannot be
-    mixed up.
+    **The prediction comes first**, as everywhere in torchmetrics: ``update(preds, target)``. `npss.score` takes the
+    ground truth first, and the score is not symmetric. Pass names to be safe: ``update(target=gt, preds=pred)``.
 
     Parameters
     ----------
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `npss.score`.
     nan_policy : {'raise', 'propagate'}, optional
-        What a batch does that holds NaN or infinite values: it is refused with a ValueError, or makes the score NaN.
-        No such value is ever left out.
+        How to treat a batch with NaN or infinite values: raise a ValueError, or make the score NaN. Such values are
+        never skipped.
     **kwargs
-        What every metric of torchmetrics takes: ``dist_sync_on_step``, ``sync_on_compute``, ...
+        Arguments of every metric of torchmetrics: ``dist_sync_on_step``, ``sync_on_compute``, ...
 
     Raises
     ------
     TypeError, ValueError
-        If the convention is neither a name nor a `Convention`, or no convention or policy has that name.
+        If the convention or the policy is invalid.
 
     See Also
     --------
@@ -48,16 +47,16 @@ class NPSS(Metric):
 
     Notes
     -----
-    The states are sums, of ``weight * distance`` and of ``weight`` (the mean of the batches' scores would be wrong).
-    They are float64, computed in float64 from inputs of every dtype, bfloat16 and float16 included, and stay so:
-    ``half()``, ``to(dtype)`` and ``set_dtype`` move them at most. Devices without float64 (MPS) cannot hold them: leave
-    the metric on the CPU.
+    The states are the sums of ``weight * distance`` and of ``weight`` (averaging batch scores would be wrong). They are
+    float64, computed in float64 from inputs of any dtype, including bfloat16 and float16. ``half()``, ``to(dtype)`` and
+    ``set_dtype`` may move them, but keep the dtype. Devices without float64 (MPS) cannot hold them: keep the metric on
+    the CPU.
 
-    A third state says what is summed, the convention, the policy and the number of frames, so that metrics which differ
-    in these are never merged, nor taken for the same one by a ``MetricCollection``.
+    A third state identifies the sums: the convention, the policy and the number of frames. So metrics that differ in
+    these are never merged, and a ``MetricCollection`` never treats them as the same.
 
-    A batch that ``update`` refuses leaves the states as they were, and so does one that ``forward`` does, which is
-    ``metric(preds, target)`` and has to score the batch alone.
+    A batch that ``update`` or ``forward`` (``metric(preds, target)``, which also scores the batch alone) refuses leaves
+    the states unchanged.
 
     References
     ----------
@@ -93,7 +92,7 @@ class NPSS(Metric):
         self.convention = as_convention(convention)
         one_of("nan_policy", nan_policy, _POLICIES)
         self.nan_policy = nan_policy
-        # First, since older MetricCollections compare no other state before they let two metrics share theirs.
+        # First, because older MetricCollections compare only the first state before two metrics share states.
         self.add_state("kind", self._kind(n_frames=0), dist_reduce_fx=_common_kind)
         self.add_state("numerator", torch.zeros((), dtype=torch.float64), dist_reduce_fx="sum")
         self.add_state("denominator", torch.zeros((), dtype=torch.float64), dist_reduce_fx="sum")
@@ -106,15 +105,15 @@ class NPSS(Metric):
         preds : (N, T, D) or (T, D) tensor
             Predictions: float64, float32, float16 or bfloat16, on the metric's device.
         target : tensor
-            Ground truth, of the same shape and device as `preds`, and of any of these dtypes. It may be without power,
-            where another batch has some.
+            Ground truth, with the shape and device of `preds` and any of these dtypes. It may have no power if another
+            batch has some.
 
         Raises
         ------
         TypeError, ValueError
-            As `npss.torch.score`, but for values that are not finite if they are to propagate; and where T differs from
-            that of earlier batches, or the ground truth's power is beyond float64 (values of about 1e150), which a sum
-            over batches cannot hold.
+            As for `npss.torch.score`, except for values that are not finite under the policy 'propagate'. Also if T
+            differs from earlier batches, or the power of the ground truth is beyond float64 (values of about 1e150),
+            which a sum over batches cannot hold.
         """
         check_pair("target", target, "preds", preds)
         kind = _common_kind(torch.stack([self.kind, self._kind(target.shape[-2]).to(self.kind.device)]))
@@ -136,25 +135,25 @@ class NPSS(Metric):
         Returns
         -------
         () tensor of float64
-            NaN if values that were not finite propagate.
+            NaN if values that are not finite propagate.
 
         Raises
         ------
         ValueError
-            If the ground truth had no power, or so little (values below about 1e-145) that float64 does not hold it.
+            If the ground truth has no power, or too little for float64 (values below about 1e-145).
         """
         if not bool((self.denominator > _LEAST) | self.numerator.isnan()):
             raise ValueError("target: no power in any feature of any sequence so far, so there is nothing to score")
         return self.numerator / self.denominator
 
     def extra_repr(self) -> str:
-        """Return what stands between the brackets when the metric is printed."""
+        """Return the arguments, for the printed representation."""
         return f"{self.convention!r}, nan_policy={self.nan_policy!r}"
 
     def forward(self, *args: Any, **kwargs: Any) -> Any:
-        """Add a batch and return its own score; an error leaves everything as it was.
+        """Add a batch and return its score; an error leaves the metric unchanged.
 
-        Of itself, torchmetrics has put the states aside by then, and what comes later would be summed without them.
+        Without this, an error would lose the earlier batches, whose states torchmetrics sets aside during `forward`.
         """
         before = dict(self.__dict__)
         try:
@@ -164,12 +163,12 @@ class NPSS(Metric):
             raise
 
     def _kind(self, n_frames: int) -> torch.Tensor:
-        """Return the number of frames, and the places of the convention's choices and of the policy, ``(7,)``."""
+        """Return the number of frames and the indices of the convention's choices and of the policy, ``(7,)``."""
         choices = [CHOICES[field.name].index(getattr(self.convention, field.name)) for field in fields(Convention)]
         return torch.tensor([n_frames, *choices, _POLICIES.index(self.nan_policy)])
 
     def _apply(self, fn: Callable[..., Any], *args: Any, **kwargs: Any) -> torch.nn.Module:
-        """Let whatever is applied to states, and to what contains them, move them but not change their dtype."""
+        """Apply a function to the states that may move them, but keep their dtype."""
 
         def move(tensor: torch.Tensor) -> torch.Tensor:
             moved: torch.Tensor = fn(tensor)
@@ -179,11 +178,11 @@ class NPSS(Metric):
 
 
 def _common_kind(kinds: torch.Tensor) -> torch.Tensor:
-    """Return the kind that all of ``(M, 6)`` have; 0 frames stand for no batch yet, which fits all."""
+    """Return the common kind of ``(M, 7)`` kinds; 0 frames, before the first batch, match any number."""
     common = kinds.amax(0)
     differ = kinds != common
     differ[:, 0] &= kinds[:, 0] > 0
     if bool(differ.any()):
         frames = sorted({int(n) for n in kinds[:, 0]} - {0})
-        raise ValueError(f"batches of different conventions or numbers of frames {frames} do not add up to one score")
+        raise ValueError(f"batches: different conventions, policies or numbers of frames {frames} cannot be merged")
     return common

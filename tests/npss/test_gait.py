@@ -52,7 +52,7 @@ def test_legs_swing_in_antiphase_at_the_cadence(walks):
     assert 0.6 < strides_per_second.min() < strides_per_second.max() < 1.3
 
 
-def test_frame_rate_changes_the_sampling_alone():
+def test_frame_rate_changes_only_the_sampling():
     slow, fast = (gait(3, count, fps=fps, seed=5) for count, fps in ((50, 25), (100, 50)))
     assert np.abs(slow - fast[:, ::2])[..., 3:].max() < 1e-3
 

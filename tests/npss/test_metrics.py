@@ -100,7 +100,7 @@ def motions(n=N, d=4):
         ({"fields": {"threshold": [1]}}, TypeError, "fields: threshold: expected text"),
     ],
 )
-def test_entries_that_are_refused(entry, error, message):
+def test_invalid_entries(entry, error, message):
     with pytest.raises(error, match=f"^{re.escape(message)}"):
         metric(**entry)
 
@@ -129,13 +129,13 @@ def test_duplicates_are_refused():
 
 
 @pytest.mark.parametrize("heading", ["NPSS", "NPSS mine", "Euler error 80 ms", "MSE"])
-def test_columns_of_another_metric_are_refused(heading):
+def test_ambiguous_headings(heading):
     with pytest.raises(ValueError, match=f"^metric: the heading '{heading}' is ambiguous"):
         register(metric(heading=heading))
 
 
 @pytest.mark.parametrize("name", ["npss", "euler_error", "mse"])
-def test_the_librarys_own_are_never_replaced(name):
+def test_built_in_metrics_are_never_replaced(name):
     with pytest.raises(ValueError, match=f"^the metric '{name}' is registered already"):
         register(metric(name=name), replace=True)
 
@@ -170,14 +170,14 @@ def test_headings_are_in_one_place():
         (-1.0, "none", ValueError, "-1.0 at index (0,)"),
     ],
 )
-def test_what_a_function_must_not_return(found, aggregation, error, message):
+def test_invalid_results(found, aggregation, error, message):
     register(metric(lambda gt, pred: found, aggregation=aggregation))
     with pytest.raises(error, match=re.escape(message)) as raised:
         measure(*motions(), metrics=["mine"])
     assert str(raised.value).startswith("metric 'mine'")
 
 
-def test_a_function_is_given_whole_read_only_sequences():
+def test_functions_receive_whole_read_only_sequences():
     seen = []
 
     def function(gt, pred):
@@ -197,7 +197,7 @@ def test_a_function_is_given_whole_read_only_sequences():
 
 
 @pytest.mark.parametrize("values", [np.ones((2, 3)), np.ones((2, 3, 4)), np.ones((0, 3, 3)), np.ones((1, 1, 2, 3, 3))])
-def test_positions_that_are_none(values):
+def test_invalid_positions(values):
     with pytest.raises(ValueError, match=r"^gt: expected positions \(N, T, J, 3\) or \(T, J, 3\)"):
         metric(takes="positions").measure(values, values)
 
@@ -221,7 +221,7 @@ def test_aggregations():
     assert results["whole"].numerator is None
 
 
-def test_mse_is_one_of_them():
+def test_mse_is_registered():
     gt, pred = motions()
     record = measure(gt, pred, metrics=["mse"], sequences=True)
     assert record["metrics"] == {"MSE": npss.mse(gt, pred)}
@@ -270,7 +270,7 @@ def test_records(page):
         ({"metrics": ["known"], "manifold": "x"}, TypeError, "manifold: the signature states it anyway"),
     ],
 )
-def test_what_records_refuse(page, options, error, message):
+def test_invalid_options_of_records(page, options, error, message):
     register(metric(name="timed", options=("fps",)))
     register(metric(name="spectral", options=("convention",)))
     register(metric(name="known", fields={"own": 2, "manifold": "m"}))
@@ -386,12 +386,12 @@ def test_the_highest_is_ranked_first(shares):
         summary(shares)
 
 
-def test_records_say_themselves_what_is_better(shares):
+def test_records_state_the_direction(shares):
     del METRICS._entries["share"]  # as where it is not known
     check_ranks(json.loads(json.dumps(shares)))
 
 
-def test_the_highest_of_numbers_alone_is_ranked_first(shares):
+def test_the_highest_is_ranked_first_without_samples(shares):
     for record in shares:
         del record["sequences"]
     board = npss.leaderboard(shares, by="PCK")
@@ -412,7 +412,7 @@ def test_a_study_ranks_by_it(shares):
     assert rank({"a": 1.0, "b": 1.0, "c": 2.0}, lower_is_better=False) == {"c": 1, "a": 2, "b": 2}
 
 
-def test_votes_are_held_against_it(shares):
+def test_votes_are_compared_with_it(shares):
     question = Question(1, 1, "far", "near")
     votes = [Vote(participant=str(i), question=question, action="a", choice="B") for i in range(3)]
     told = vote_summary(votes, shares)
@@ -422,12 +422,12 @@ def test_votes_are_held_against_it(shares):
     assert "PCK" in votes_text(told)
 
 
-def test_leaderboards_can_be_pickled_whatever_the_function(shares):
+def test_leaderboards_can_be_pickled_with_any_function(shares):
     board = npss.leaderboard(shares)
     assert pickle.loads(pickle.dumps(board)).to_text() == board.to_text()
 
 
-def test_signatures_of_a_record_are_of_what_the_metric_takes():
+def test_signatures_of_a_record_state_the_input_of_the_metric():
     gt, pred = motions()
     register(metric())
     record = measure(gt, pred, unwrapped="target", metrics=["mine"], representation="euler", frames=T)
@@ -451,7 +451,7 @@ def test_weights_that_depend_on_the_prediction_are_refused():
         npss.leaderboard(records)
 
 
-def test_columns_of_records_are_of_what_their_signatures_say(shares):
+def test_columns_of_records_match_their_signatures(shares):
     shares[0]["signatures"]["PCK"] = "other|version:1"
     with pytest.raises(
         ValueError, match=r"metrics: 'PCK' is a column of 'share', and its signature is other\|version:1"

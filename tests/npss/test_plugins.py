@@ -49,11 +49,11 @@ class TestRegistry:
         with pytest.raises(ValueError, match=r"^the name of a thing: expected printable text, got "):
             Registry("thing").register(name, 1)
 
-    def test_names_are_texts(self):
+    def test_names_are_text(self):
         with pytest.raises(TypeError, match=r"^the name of a thing: expected text, got 1"):
             Registry("thing").register(1, 1)
 
-    def test_replaces_what_is_not_built_in(self):
+    def test_replaces_only_registered_entries(self):
         registry = Registry("thing", {"a": 1})
         registry.register("b", 2)
         registry.register("b", 3, replace=True)
@@ -85,14 +85,14 @@ class TestArguments:
             ["explain", SIGNATURE, "--plugin=a", "--plugin=b.c"],
         ],
     )
-    def test_before_and_behind_the_command(self, arguments):
+    def test_before_and_after_the_command(self, arguments):
         assert split_plugins(arguments) == (["a", "b.c"], ["explain", SIGNATURE])
 
-    def test_files_may_be_called_as_the_option(self):
+    def test_files_may_have_the_name_of_the_option(self):
         assert split_plugins(["score", "--", "--plugin", "a"]) == ([], ["score", "--", "--plugin", "a"])
 
     @given(st.lists(st.sampled_from(["a", "--pluginx", "--plugi", "-o", "plugin", "x=--plugin"])))
-    def test_all_else_is_left_as_it_is(self, arguments):
+    def test_other_arguments_are_unchanged(self, arguments):
         assert split_plugins(arguments) == ([], arguments)
 
     @pytest.mark.parametrize("arguments", [["score", "--plugin"], ["--plugin="]])
@@ -105,7 +105,7 @@ class TestArguments:
         assert (status, "argument --plugin: expected --plugin a, not abbreviated" in err) == (2, True)
 
     @pytest.mark.parametrize("command", [[], ["score"], ["study", "plan"]])
-    def test_help_says_that_there_is_the_option(self, capsys, command):
+    def test_help_mentions_the_option(self, capsys, command):
         assert "--plugin MODULE" in run(capsys, *command, "--help")[1]
         assert "did you mean --plugin?" in run(capsys, "explain", "a", "--plugins", "b")[2]
 
@@ -126,7 +126,7 @@ class TestLoad:
         assert "its.other" in sys.modules
 
     @pytest.mark.parametrize("module", ["json.tool", "npss.gait"])
-    def test_what_is_installed_comes_first(self, folder, module):
+    def test_installed_modules_come_first(self, folder, module):
         """So that a folder of data cannot put its code in the place of what is installed."""
         write(folder, json="raise RuntimeError", npss="raise RuntimeError", plistlib="raise RuntimeError")
         before = list(sys.path)
@@ -161,7 +161,7 @@ class TestLoad:
             ("twice", "--plugin twice: ValueError: the thing 'a' is registered already ({}/twice.py, line 2)"),
         ],
     )
-    def test_what_cannot_be_imported(self, capsys, folder, name, message):
+    def test_failed_imports(self, capsys, folder, name, message):
         write(
             folder,
             broken="\nbroken",
@@ -177,7 +177,7 @@ class TestLoad:
 
 
 class TestInstalled:
-    def test_entry_points_are_imported_by_commands_alone(self, capsys, folder, monkeypatch):
+    def test_only_commands_import_entry_points(self, capsys, folder, monkeypatch):
         there = folder / "installed"
         declare(there, plugins.GROUP, {"its": "plugin_i"})
         monkeypatch.syspath_prepend(there)
@@ -208,7 +208,7 @@ class TestInstalled:
 
 
 class TestRequire:
-    def test_what_is_imported(self):
+    def test_imported_plugins(self):
         plugins.require([])
         plugins.require(["npss", "npss.plugins"])
 
@@ -218,6 +218,6 @@ class TestRequire:
         assert "my_a" not in sys.modules
 
     @pytest.mark.parametrize("stated", ["npss", {"npss": 1}, [1], ["a; rm"], ["$(a)"], ["a b"], [""], ["a\n"], None])
-    def test_what_is_no_list_of_modules(self, stated):
+    def test_invalid_lists_of_modules(self, stated):
         with pytest.raises(ValueError, match=r"^plugins: expected a list of names of modules, got "):
             plugins.require(stated)

@@ -23,7 +23,7 @@ def test_names():
 @pytest.mark.parametrize("name", PREDICTORS)
 class TestAll:
     @given(seed=SEEDS, n_target=COUNTS)
-    def test_shape_and_that_the_seed_is_left_alone(self, name, seed, n_target):
+    def test_shape_and_unchanged_seed_frames(self, name, seed, n_target):
         copy = seed.copy()
         predicted = PREDICTORS[name](seed, n_target)
         assert predicted.shape == (len(seed), n_target, seed.shape[2])
@@ -76,7 +76,7 @@ class TestAll:
 
 
 @pytest.mark.parametrize(("name", "frames"), [("running-average-2", 2), ("running-average-4", 4), ("repeat-50", 50)])
-def test_the_seed_may_be_just_long_enough(name, frames):
+def test_the_shortest_seed(name, frames):
     PREDICTORS[name](np.zeros((1, frames, 1)), 1)
     with pytest.raises(ValueError, match=f"seed_frames: {frames - 1} frames, but the predictor uses the last {frames}"):
         PREDICTORS[name](np.zeros((1, frames - 1, 1)), 1)

@@ -49,7 +49,7 @@ class TestConstants:
         with pytest.raises(TypeError):
             protocol.TEST_LENGTHS["walking"] = (1500, 1500)
 
-    def test_the_test_subject_is_not_trained_on(self):
+    def test_the_test_subject_is_not_a_training_subject(self):
         assert TEST_SUBJECT not in TRAIN_SUBJECTS
 
 
@@ -98,7 +98,7 @@ class TestWindows:
         assert i == 255
 
     @given(LENGTHS, st.integers(1, 50), st.integers(1, 100))
-    def test_the_boundaries_do_not_depend_on_how_much_is_seen_and_predicted(self, lengths, n_seed, n_target):
+    def test_the_boundaries_do_not_depend_on_numbers_of_frames(self, lengths, n_seed, n_target):
         for draw in (srnn_windows, random_windows):
             windows = draw(lengths, n_seed=n_seed, n_target=n_target)
             assert [window.seed_frames.stop for window in windows] == [
@@ -118,7 +118,7 @@ class TestWindows:
                 assert window.target.stop - window.target.start == window.n_target
         assert eight == srnn_windows(list(lengths), n_seed=n_seed, n_target=n_target)
 
-    def test_the_global_generator_is_left_alone(self):
+    def test_the_global_generator_is_unchanged(self):
         np.random.seed(0)  # noqa: NPY002
         before = np.random.get_state()[1].copy()  # noqa: NPY002
         srnn_windows((1500, 1261))
@@ -128,8 +128,8 @@ class TestWindows:
     @pytest.mark.parametrize(
         ("error", "lengths", "message"),
         [
-            (ValueError, (1500,), "lengths: an action has two clips, got 1 lengths"),
-            (ValueError, (1500, 1500, 1500), "lengths: an action has two clips, got 3 lengths"),
+            (ValueError, (1500,), "lengths: expected those of the two clips of an action, got 1 lengths"),
+            (ValueError, (1500, 1500, 1500), "lengths: expected those of the two clips of an action, got 3 lengths"),
             (ValueError, (1500, 0), "lengths: expected a positive integer, got 0"),
             (ValueError, (1500, 166), "lengths: clip 1 has 166 frames; windows of 150 frames need at least 167"),
             (ValueError, (12, 1500), "lengths: clip 0 has 12 frames"),
@@ -156,9 +156,9 @@ class TestWindows:
             draw((1500, 1261), **{name: value})
 
     @pytest.mark.parametrize(("name", "limit"), [("n_seed", 50), ("n_target", 100)])
-    def test_random_windows_leave_room_for_so_many_frames(self, name, limit):
+    def test_the_most_frames_of_random_windows(self, name, limit):
         random_windows((1500, 1261), **{name: limit})
-        with pytest.raises(ValueError, match=f"{name}: {limit + 1} frames, but these windows have at most {limit}"):
+        with pytest.raises(ValueError, match=f"{name}: expected at most {limit} frames, got {limit + 1}"):
             random_windows((1500, 1261), **{name: limit + 1})
 
 
@@ -174,7 +174,7 @@ class TestTimes:
         st.lists(st.integers(0, 10**6), max_size=5),
         st.one_of(st.integers(1, 1000), st.sampled_from([23.976, 29.97, 59.94, 119.88, 30000 / 1001, 0.1])),
     )
-    def test_there_and_back(self, frames, fps):
+    def test_round_trip(self, frames, fps):
         assert ms_to_frames(frames_to_ms(frames, fps=fps), fps=fps) == frames
 
     @given(st.integers(1, 10**6), st.sampled_from([1, 2, 4, 5, 8, 10, 20, 25, 40, 50, 100, 125, 200, 250, 500, 1000]))
@@ -188,7 +188,7 @@ class TestTimes:
         assert frames_to_ms(np.array([1, 3]), fps=np.int64(25)) == [80, 160]
 
     @given(st.integers(1, 10**6), st.integers(1, 240))
-    def test_what_is_no_frame_names_the_nearest_that_are(self, time, fps):
+    def test_errors_name_the_nearest_times(self, time, fps):
         frames, rest = divmod(time * fps, 1000)
         if rest == 0:
             assert ms_to_frames([time], fps=fps) == [frames - 1]
@@ -257,7 +257,7 @@ class TestNormalization:
         assert found.std[[1, 3]].tolist() == [1, 1]
 
     @given(st.integers(0, 1000), st.lists(st.integers(1, 30), min_size=2, max_size=5))
-    def test_how_rows_are_cut_into_clips_does_not_matter(self, seed, lengths):
+    def test_the_split_into_clips_does_not_matter(self, seed, lengths):
         clips = poses(seed, lengths)
         one, many = normalization([np.concatenate(clips)]), normalization(iter(clips))
         np.testing.assert_allclose(one.mean, many.mean, rtol=1e-12, atol=1e-15)
@@ -273,7 +273,7 @@ class TestNormalization:
         np.testing.assert_allclose(values.std(axis=0), 1, rtol=1e-11)
 
     @given(st.integers(0, 1000), st.sampled_from([(), (4,), (2, 3), (0,)]))
-    def test_there_and_back(self, seed, shape):
+    def test_round_trip(self, seed, shape):
         found = normalization(poses())
         rng = np.random.default_rng(seed)
         given_poses = rng.normal(size=(*shape, 5)) * 1e3
@@ -316,7 +316,7 @@ class TestNormalization:
         assert found.columns == (0,)
         assert found.std.tolist() == [1e-4]
 
-    def test_inputs_are_left_alone_and_statistics_cannot_be_written_to(self):
+    def test_inputs_are_unchanged_and_statistics_read_only(self):
         clips = poses()
         copies = [clip.copy() for clip in clips]
         found = normalization(clips)
@@ -330,14 +330,14 @@ class TestNormalization:
     @pytest.mark.parametrize(
         ("error", "clips", "message"),
         [
-            (ValueError, [], "clips: no clip"),
+            (ValueError, [], "clips: expected at least one clip"),
             (ValueError, [np.zeros(3)], r"clips\[0\]: expected shape \(T, D\).* got \(3,\)"),
             (ValueError, [np.zeros((1, 2, 3))], r"clips\[0\]: expected shape \(T, D\)"),
             (ValueError, [np.eye(2), np.zeros((0, 2))], r"clips\[1\]: expected shape \(T, D\).* got \(0, 2\)"),
             (ValueError, [np.eye(2), np.eye(3)], r"clips\[1\]: expected shape \(..., 2\), got \(3, 3\)"),
             (ValueError, [np.eye(2), [[0, np.nan]]], r"clips\[1\]: nan at index \(0, 1\)"),
-            (ValueError, [np.ones((4, 2))], "clips: no column varies"),
-            (ValueError, [[[0, 1e200], [1, -1e200]]], "clips: column 1 has no standard deviation within float64"),
+            (ValueError, [np.ones((4, 2))], "clips: no column has a standard deviation"),
+            (ValueError, [[[0, 1e200], [1, -1e200]]], "clips: the standard deviation of column 1 is beyond float64"),
             (TypeError, [[["a", "b"]]], r"clips\[0\]: expected real numbers, got strings"),
             (TypeError, 3, "clips: expected a sequence of numbers, got 3"),
         ],

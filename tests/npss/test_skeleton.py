@@ -66,7 +66,7 @@ def test_a_path_against_row_vectors_frame_by_frame():
 
 
 @pytest.mark.numeric
-def test_a_fixed_root_hides_what_is_not_scored():
+def test_a_fixed_root_hides_unscored_columns():
     poses = random_poses(3, 4)
     moved = poses.copy()
     moved[..., :6] = random_poses(3, 4, seed=9)[..., :6]
@@ -88,7 +88,7 @@ def test_leading_axes_and_precision(root, leading):
     np.testing.assert_allclose(single, got, rtol=0, atol=2e-2)
 
 
-def test_whole_numbers_without_a_sign():
+def test_unsigned_integers():
     poses = np.ones((2, 99), np.uint8)
     np.testing.assert_array_equal(poses_to_positions(poses), poses_to_positions(poses.astype(float)))
 
@@ -138,7 +138,7 @@ def test_any_tree_against_a_walk_up_to_the_root(bones_change, parents, seed):
             np.testing.assert_allclose(got[t, joint], root[t] + point, rtol=0, atol=1e-12)
 
 
-def test_the_root_is_at_its_offset_unless_told():
+def test_the_root_is_at_its_offset_by_default():
     skeleton = Skeleton(["a", "b"], [-1, 0], [[1, 2, 3], [4, 0, 0]])
     straight = np.tile(np.eye(3), (5, 2, 1, 1))
     np.testing.assert_array_equal(skeleton.positions(straight)[3], [[1, 2, 3], [5, 2, 3]])
@@ -209,7 +209,7 @@ def test_names_of_features_are_those_of_columns():
         assert not moved[JOINT[name]]
 
 
-def test_arrays_are_read_only_and_inputs_left_alone():
+def test_arrays_are_read_only_and_inputs_unchanged():
     offsets = np.zeros((2, 3))
     skeleton = Skeleton(["a", "b"], np.array([-1, 0]), offsets)
     offsets += 1
@@ -230,11 +230,11 @@ def test_arrays_are_read_only_and_inputs_left_alone():
 @pytest.mark.parametrize(
     ("names", "parents", "offsets", "error", "message"),
     [
-        ([], [], np.zeros((0, 3)), ValueError, "names: a skeleton has at least one joint"),
+        ([], [], np.zeros((0, 3)), ValueError, "names: expected at least one joint"),
         ("ab", [-1, 0], np.zeros((2, 3)), TypeError, "names: expected a sequence of strings, got 'ab'"),
         (["a", 3], [-1, 0], np.zeros((2, 3)), TypeError, "names: expected strings, got 3 at index 1"),
-        (["a", "b", "a"], [-1, 0, 0], np.zeros((3, 3)), ValueError, "names: 'a' is there twice, at index 0 and 2"),
-        (["a", "b"], [-1], np.zeros((2, 3)), ValueError, "parents: 1 of them for 2 joints"),
+        (["a", "b", "a"], [-1, 0, 0], np.zeros((3, 3)), ValueError, "names: duplicate 'a', at index 0 and 2"),
+        (["a", "b"], [-1], np.zeros((2, 3)), ValueError, "parents: expected one for each of 2 joints, got 1"),
         (["a", "b"], [-1, 0.0], np.zeros((2, 3)), TypeError, r"parents: expected integers, got 0.0 for b"),
         (["a", "b"], [-1, True], np.zeros((2, 3)), TypeError, r"parents: expected integers, got True for b"),
         (["a", "b"], [-1, 2], np.zeros((2, 3)), ValueError, "parents: 2 for b; expected -1 or one of the 2 joints"),
@@ -250,7 +250,7 @@ def test_arrays_are_read_only_and_inputs_left_alone():
         (["a", "b"], [-1, 0], [["0"] * 3] * 2, TypeError, "offsets: expected real numbers"),
     ],
 )
-def test_a_skeleton_that_is_none(names, parents, offsets, error, message):
+def test_invalid_skeletons(names, parents, offsets, error, message):
     with pytest.raises(error, match=f"^{message}"):
         Skeleton(names, parents, offsets)
 
@@ -281,7 +281,7 @@ def test_bad_poses():
     poses[2, 1], poses[3, 9] = 0, 1e300
     with pytest.raises(ValueError, match=r"^poses: as .* from column 3 on: an angle .* \(3, 2\)"):
         poses_to_positions(poses)
-    with pytest.raises(ValueError, match=r"^poses: a path needs an axis of time"):
+    with pytest.raises(ValueError, match=r"^poses: a path needs a time axis"):
         poses_to_positions(np.zeros(99), root="path")
     with pytest.raises(ValueError, match=r"^root: expected one of fixed, path, got 'still'"):
         poses_to_positions(np.zeros((2, 99)), root="still")
@@ -323,7 +323,7 @@ def test_a_real_walker_is_anatomically_right(walking, side):
     assert np.mean(sign * x[:, JOINT[f"{side}Foot"]]) > -30
 
 
-def test_the_foot_that_stands_stays_in_its_place_and_only_by_row_vectors(walking):
+def test_the_standing_foot_stays_in_place_only_with_row_vectors(walking):
     def slowest_foot(poses):  # mm/s, the slower of the two, over the walk
         velocity = np.linalg.norm(np.diff(poses_to_positions(poses, root="path"), axis=0), axis=-1) * h36m.FILE_FPS
         return np.median(np.minimum(velocity[:, JOINT["LeftToeBase"]], velocity[:, JOINT["RightToeBase"]]))

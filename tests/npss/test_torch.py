@@ -130,7 +130,7 @@ def test_on_a_gpu(dtype, name):
     for cpu, cuda in zip(*both, strict=True):
         # in the mean: a cumulative difference of almost zero may have either sign, hence either slope
         assert (cuda.grad.cpu() - cpu.grad).norm() < 1e-3 * cpu.grad.norm()
-    with pytest.raises(ValueError, match=r"^pred: on cuda:0, whereas gt is on cpu"):
+    with pytest.raises(ValueError, match=r"^pred: on cuda:0, but gt is on cpu"):
         npss.torch.score(both[0][0], both[1][1])
     with pytest.raises(ValueError, match=r"^gt: nan at index \(0, 0, 0\)"):
         npss.torch.score(both[1][0] * float("nan"), both[1][1])
@@ -142,7 +142,7 @@ def test_on_a_gpu(dtype, name):
 @pytest.mark.numeric
 @pytest.mark.parametrize("convention", [*NAMES, *EVERY_CONVENTION[1::5]])
 @pytest.mark.parametrize("n_frames", [6, 7])
-def test_gradients_are_those_of_finite_differences(convention, n_frames):
+def test_gradients_equal_finite_differences(convention, n_frames):
     pair = tensors(noise(1, (2, n_frames, 2)), requires_grad=True)
     assert torch.autograd.gradcheck(lambda gt, pred: npss.torch.score(gt, pred, convention=convention), pair)
 
@@ -210,7 +210,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("kind", REFUSED)
-def test_what_is_refused_alone(kind):
+def test_invalid_inputs(kind):
     bad, error, message = REFUSED[kind]
     with pytest.raises(error, match=f"^gt: {message}"):
         npss.torch.score(bad, GOOD)
@@ -223,10 +223,10 @@ def test_what_is_refused_alone(kind):
     [
         (torch.ones(2, 4, 1), ValueError, r"its shape \(2, 4, 1\) differs from that of gt, \(2, 4, 3\)"),
         (torch.ones(4, 3), ValueError, r"its shape \(4, 3\) differs"),
-        (GOOD.to("meta"), ValueError, "on meta, whereas gt is on cpu"),
+        (GOOD.to("meta"), ValueError, "on meta, but gt is on cpu"),
     ],
 )
-def test_what_is_refused_beside_the_other(bad, error, message):
+def test_invalid_pairs(bad, error, message):
     with pytest.raises(error, match=f"^pred: {message}"):
         npss.torch.score(GOOD, bad)
 
@@ -360,7 +360,7 @@ def test_processes_add_up(make):
 def test_parts_of_different_kinds_do_not_merge(make):
     gt, pred = tensors(noise())
     metric = filled(make(), gt, pred)
-    refused = r"^batches of different conventions or numbers of frames \[5, 6\] do not add up"
+    refused = r"^batches: different conventions, policies or numbers of frames \[5, 6\] cannot be merged"
     with pytest.raises(ValueError, match=refused):
         metric.update(pred[:, :5], gt[:, :5])
     assert metric.compute().item() == pytest.approx(npss.score(gt, pred))
@@ -369,7 +369,7 @@ def test_parts_of_different_kinds_do_not_merge(make):
     with pytest.raises(ValueError, match=refused):
         metric(pred[:, :5], gt[:, :5])
     for convention in EVERY_CONVENTION[1:]:
-        with pytest.raises(ValueError, match=r"^batches of different conventions"):
+        with pytest.raises(ValueError, match=r"^batches: different conventions"):
             filled(make(), gt, pred).merge_state(filled(make(convention=convention), gt, pred))
 
 
@@ -465,7 +465,7 @@ def test_pickling_and_state(make):
     assert "power='real'" in repr(metric)
 
 
-def test_what_the_metric_refuses(make):
+def test_invalid_input_of_the_metric(make):
     gt, pred = tensors(noise())
     metric = filled(make(), gt, pred)
     expected = metric.compute().item()
@@ -544,7 +544,7 @@ def test_policies_are_not_mixed(make):
     from torchmetrics import MetricCollection
 
     gt, pred = tensors(noise())
-    with pytest.raises(ValueError, match=r"^batches of different"):
+    with pytest.raises(ValueError, match=r"^batches: different"):
         filled(make(), gt, pred).merge_state(filled(make(nan_policy="propagate"), gt, pred))
     both = MetricCollection({policy: make(nan_policy=policy) for policy in ("propagate", "raise")})
     both.update(pred, gt)
@@ -553,7 +553,7 @@ def test_policies_are_not_mixed(make):
 
 
 @pytest.mark.parametrize("options", [{}, {"dist_sync_on_step": True}, {"compute_on_cpu": True}])
-def test_an_error_in_forward_loses_nothing(make, options):
+def test_an_error_in_forward_changes_nothing(make, options):
     gt, pred = tensors(noise())
     metric = make(**options)
     for _ in range(2):

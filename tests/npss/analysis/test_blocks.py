@@ -87,15 +87,15 @@ class TestWindows:
 
     def test_windows_that_are_none(self):
         for windows in ([3], [(0, 1, 2, 3)], [None]):
-            with pytest.raises(TypeError, match=r"^windows: expected a Window, got .* at 0"):
+            with pytest.raises(TypeError, match=r"^windows: expected a Window, got .* at index 0"):
                 chain_blocks(windows)
-            with pytest.raises(TypeError, match=r"^windows: expected a Window, got .* at 0"):
+            with pytest.raises(TypeError, match=r"^windows: expected a Window, got .* at index 0"):
                 stretch_blocks(windows, [500, 500])
-        with pytest.raises(ValueError, match=r"^windows: .*clip=2.* at 1 is not in clips of \[500, 500\] frames"):
+        with pytest.raises(ValueError, match=r"^windows: .*clip=2.* at index 1 is not in clips of \[500, 500\] frames"):
             stretch_blocks([Window(0, 1, 50, 100), Window(2, 1, 50, 100)], [500, 500])
         with pytest.raises(ValueError, match=r"^windows: .* is not in clips"):
             stretch_blocks([Window(0, 400, 50, 100)], [500])
-        with pytest.raises(ValueError, match=r"^windows: expected targets of one length, got 25, 100 frames"):
+        with pytest.raises(ValueError, match=r"^windows: expected targets of equal length, got 25, 100 frames"):
             stretch_blocks([Window(0, 1, 50, 100), Window(0, 1, 50, 25)], [500])
         with pytest.raises(TypeError, match=r"^lengths: "):
             stretch_blocks([Window(0, 1, 50, 100)], [500.0])

@@ -33,7 +33,7 @@ def motion():
 
 
 @pytest.mark.parametrize("kind", REFUSED_TYPES)
-def test_types_that_are_refused(function, kind, motion):
+def test_refused_types(function, kind, motion):
     with pytest.raises(TypeError, match=r"^gt: "):
         function(REFUSED_TYPES[kind], motion[1])
     with pytest.raises(TypeError, match=r"^pred: "):
@@ -41,7 +41,7 @@ def test_types_that_are_refused(function, kind, motion):
 
 
 @pytest.mark.parametrize("kind", REFUSED_VALUES)
-def test_shapes_that_are_refused(function, kind, motion):
+def test_refused_shapes(function, kind, motion):
     bad, message = REFUSED_VALUES[kind]
     with pytest.raises(ValueError, match=f"^gt: {message}"):
         function(bad, motion[1])
@@ -89,7 +89,7 @@ def test_any_precision_scores_as_the_same_values_in_float64(function, dtype, mot
 
 
 @pytest.mark.parametrize("dtype", [np.float16, np.float32])
-def test_low_precision_is_not_computed_in(function, dtype, motion):
+def test_low_precision_is_computed_in_float64(function, dtype, motion):
     gt, pred = (array.astype(dtype) for array in motion)
     assert function(gt, pred) == function(gt.astype(np.float64), pred.astype(np.float64))
 
@@ -152,13 +152,13 @@ def test_inputs_are_positional_and_options_are_not(motion):
 @pytest.mark.parametrize(
     ("convention", "error"), [("Paper", ValueError), ("", ValueError), (None, TypeError), (1, TypeError)]
 )
-def test_conventions_that_are_none(convention, error, motion):
+def test_invalid_conventions(convention, error, motion):
     with pytest.raises(error, match="convention: expected one of paper, released, literal"):
         npss.score(*motion, convention=convention)
 
 
 @pytest.mark.parametrize("fps", [0, -25, float("nan"), float("inf")])
-def test_frame_rates_that_are_none(fps, motion):
+def test_invalid_frame_rates(fps, motion):
     with pytest.raises(ValueError, match="fps: expected a positive"):
         npss.euler_error(*motion, fps=fps)
     with pytest.raises(ValueError, match="fps: expected a positive"):

@@ -30,12 +30,12 @@ def test_equals_the_definition(columns, pair):
     assert up_to == pytest.approx({100: curve[0], 200: curve[:2].mean()}, rel=1e-14)
 
 
-def test_the_slices_of_the_field_are_these_frames():
+def test_the_times_of_the_field():
     gt = np.arange(1.0, 26)[:, np.newaxis]  # the error at frame k, counted from 0, is k + 1
     assert npss.euler_error(gt, np.zeros_like(gt)) == {80: 2, 160: 4, 320: 8, 400: 10, 560: 14, 1000: 25}
 
 
-def test_features_are_chosen_in_each_sequence_alone():
+def test_features_are_selected_per_sequence():
     gt = np.zeros((2, 4, 2))
     gt[0, :, 0] = gt[1, :, 1] = [1.0, 2.0, 3.0, 4.0]
     pred = gt + [3.0, 4.0]
@@ -48,7 +48,7 @@ def test_a_constant_prediction_has_no_error_by_the_predictions_mask():
     assert not npss.euler_error_curve(gt, np.ones_like(gt), columns="pred").any()
 
 
-def test_a_ground_truth_that_does_not_move_is_an_error():
+def test_a_still_ground_truth_is_an_error():
     gt = np.ones((3, 4, 2))
     gt[:2] += np.arange(4.0)[:, np.newaxis]
     with pytest.raises(ValueError, match="gt: no feature of sequence 2 moves"):
@@ -86,7 +86,7 @@ def compared(gt, pred, columns):
 @pytest.mark.parametrize("n_frames", [4, 7, 25, 100])
 @pytest.mark.parametrize("offset", [0.0, -2.0])
 @pytest.mark.parametrize(("std", "counts"), [(0.3e-4, False), (0.9999e-4, False), (1.0001e-4, True)])
-def test_what_moves_by_its_standard_deviation(columns, n_frames, offset, std, counts):
+def test_moving_features_by_standard_deviation(columns, n_frames, offset, std, counts):
     borderline = shapes(n_frames) * std + offset
     spans = np.ptp(borderline, axis=0)
     if std > 0.9e-4:
@@ -106,7 +106,7 @@ def test_what_moves_by_its_standard_deviation(columns, n_frames, offset, std, co
 
 
 @pytest.mark.parametrize("columns", ["gt", "pred"])
-def test_what_moves_is_found_in_its_own_sequence_and_feature(columns):
+def test_moving_features_are_found_per_sequence(columns):
     counts = np.array([[1, 0, 0, 1, 1], [0, 1, 0, 0, 1], [0, 0, 0, 0, 1], [1, 1, 1, 0, 0]], bool)
     unit = np.column_stack([shapes(20), shapes(20)[:, 0]])
     moving = unit * np.where(counts, 1.0001e-4, 0.9999e-4)[:, np.newaxis]
@@ -118,7 +118,7 @@ def test_what_moves_is_found_in_its_own_sequence_and_feature(columns):
 
 
 @pytest.mark.parametrize("std", [0.3e-4, 0.9999e-4])
-def test_a_ground_truth_that_hardly_moves_is_an_error(std):
+def test_a_nearly_still_ground_truth_is_an_error(std):
     gt = shapes(100)[np.newaxis] * std
     with pytest.raises(ValueError, match="gt: no feature of sequence 0 moves"):
         npss.euler_error_curve(gt, gt + 1)
@@ -186,7 +186,7 @@ def test_golden_value_of_the_mean_of_squares():
         ({"at_ms": (80,), "average": "mean"}, ValueError, "average: expected one of at, up-to"),
     ],
 )
-def test_options_that_cannot_be_had(options, error, message):
+def test_invalid_options(options, error, message):
     motion = np.random.default_rng(0).normal(size=(10, 2))
     with pytest.raises(error, match=message):
         npss.euler_error(motion, motion, **options)
@@ -208,7 +208,7 @@ def test_one_tiny_difference_among_ordinary_ones():
     assert npss.euler_error_curve(gt, pred, columns="all")[1] == pytest.approx(5e-200)
 
 
-def test_a_huge_sequence_does_not_hide_that_another_barely_moves():
+def test_a_huge_sequence_does_not_hide_a_barely_moving_one():
     gt = np.zeros((2, 4, 1))
     gt[0, :, 0] = [0, 2.4e-4] * 2  # a standard deviation of 1.2e-4
     gt[1, :, 0] = [0, 1e200] * 2
@@ -248,7 +248,7 @@ def test_mse_is_not_the_field_s_mse():
 
 
 @given(seed=st.integers(0, 1000), shift=st.integers(-3, 3))
-def test_whole_turns_do_count(seed, shift):
+def test_whole_turns_count(seed, shift):
     gt, pred = np.random.default_rng(seed).normal(size=(2, 4, 2))
     turned = npss.euler_error_curve(gt, pred + 2 * np.pi * shift)
     assert np.allclose(turned, npss.euler_error_curve(gt, pred), rtol=1e-12, atol=0) == (shift == 0)
@@ -266,7 +266,7 @@ def test_values_that_are_not_finite_are_named(metric, bad):
 
 
 @pytest.mark.parametrize("still", [[0, 0, 0], [0, 1, 0], [1, 1, 0], [1, 1, 1]])
-def test_still_sequences_are_left_out_unless_all_are(still):
+def test_still_sequences_are_dropped_unless_all_are_still(still):
     moving, pred = np.random.default_rng(0).normal(size=(2, 3, 6, 2))
     gt = np.where(np.array(still, bool)[:, np.newaxis, np.newaxis], moving[:, :1], moving)
     kept = np.arange(3) if all(still) else np.flatnonzero(np.array(still) == 0)
@@ -279,7 +279,7 @@ def test_still_sequences_are_left_out_unless_all_are(still):
     assert alone.tolist() == [bool(still[1])]
 
 
-def test_sequences_are_worked_on_together_while_they_are_small():
+def test_small_sequences_share_a_block():
     gt = np.broadcast_to(0.0, (400, 100, 99))
     assert len(list(_euler_error._blocks(gt, gt))) == 67  # 6 sequences are 2**16 values
     assert len(list(_euler_error._blocks(gt[:2, :, :1], gt[:2, :, :1]))) == 1

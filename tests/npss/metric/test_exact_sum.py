@@ -16,7 +16,7 @@ FLOATS = st.lists(st.floats(allow_nan=False, allow_infinity=False), max_size=30)
 
 
 @given(values=FLOATS)
-def test_is_the_sum_of_fractions(values):
+def test_equals_the_sum_of_fractions(values):
     assert Fraction(exact_sum(np.array(values, np.float64)), 2**UNIT) == sum(map(Fraction, values))
 
 
@@ -41,7 +41,7 @@ def test_many_terms_of_any_shape():
     assert Fraction(exact_sum(values), 2**UNIT) == sum(map(Fraction, values.ravel().tolist()))
 
 
-def test_a_sum_too_long_to_be_exact_is_refused(monkeypatch):
+def test_too_many_terms_are_refused(monkeypatch):
     monkeypatch.setattr(_exact_sum, "_MOST_TERMS", 3)
     with pytest.raises(ValueError, match="at most 3 terms, got 4"):
         exact_sum(np.ones(4))

@@ -117,7 +117,7 @@ def test_edges_on_the_first_and_the_last_frame():
         (window_from, 10, [0, 40]),
     ],
 )
-def test_between_frames_the_nearest_that_are_allowed_are_named(function, time, expected):
+def test_errors_name_the_nearest_frames(function, time, expected):
     with pytest.raises(ValueError, match="is not a whole number of frames at 25 frames per second") as error:
         function(time)
     named = nearest(str(error.value))
@@ -128,7 +128,7 @@ def test_between_frames_the_nearest_that_are_allowed_are_named(function, time, e
 
 @pytest.mark.parametrize("fps", [29.97, 30, 7])
 @pytest.mark.parametrize("function", [frames, error_at])
-def test_the_times_that_are_named_are_frames(function, fps):
+def test_times_named_by_errors_are_frames(function, fps):
     for count in (1, 2, 3, 50, N_FRAMES - 1):
         with pytest.raises(ValueError, match="is not a whole number of frames") as error:
             function((count + 0.5) * 1000 / fps, fps)
@@ -137,7 +137,7 @@ def test_the_times_that_are_named_are_frames(function, fps):
         assert all(function(time, fps) for time in named)
 
 
-def test_errors_stand_under_their_times():
+def test_errors_are_returned_by_time():
     errors = npss.euler_error(MOTION, MOTION * 2, fps=30, at_ms=(np.float64(100.0), 100 / 3, np.int64(500)))
     curve = npss.euler_error_curve(MOTION, MOTION * 2)
     assert errors == {100: curve[2], 100 / 3: curve[0], 500: curve[14]}
@@ -145,7 +145,7 @@ def test_errors_stand_under_their_times():
 
 
 @pytest.mark.parametrize("off", [1e-9, -1e-9])
-def test_a_billionth_is_forgiven_and_a_hundred_millionth_is_not(off):
+def test_the_tolerance_is_a_billionth_of_a_frame(off):
     assert frames(40 * (2 + off / 2)) == 2
     assert window_to(40 * (50 + 25 * off)).popitem()[1] == npss.score(MOTION[:50], MOTION[::-1][:50])
     with pytest.raises(ValueError, match=r"^at_ms: .* is not a whole number of frames"):
@@ -163,7 +163,7 @@ def test_rates_at_which_no_frame_is_a_whole_time(fps):
 
 
 @pytest.mark.parametrize("time", ["80", None, True, np.True_, 80j, [80]])
-def test_what_is_no_time(time):
+def test_invalid_times(time):
     for function, name in NAMED:
         with pytest.raises(TypeError, match=f"^{name}: expected a time in ms"):
             function(time)

@@ -84,7 +84,7 @@ def rounding(n_frames):
 
 @pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", FRAMES)
-def test_agrees_with_the_slow_definition(n_frames):
+def test_equals_the_slow_definition(n_frames):
     gt, pred = motions(n_frames, 3, n_frames, 4)
     gt[1, :, 1] = pred[0, :, 0] = gt[2, :, 2] = pred[2, :, 2] = 0.0
     pred[1, :, 3] = gt[0, :, 3] = 5.0
@@ -96,7 +96,7 @@ def test_agrees_with_the_slow_definition(n_frames):
 
 @pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", [2, 3, 4, 5, 30, 31, 100, 101, 256, 300, 500])
-def test_each_way_to_transform_agrees(way, n_frames):
+def test_both_transforms_agree(way, n_frames):
     gt, pred = motions(n_frames, 2, n_frames, 30)
     for convention in ALL:
         distance, weight = slow(gt, pred, convention)
@@ -196,7 +196,7 @@ def test_no_magnitude_is_out_of_range(size, n_frames):
 
 @pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", [6, 100, 300])
-def test_power_that_cancels_but_for_a_tiny_rest(n_frames):
+def test_power_that_cancels_up_to_a_tiny_remainder(n_frames):
     """An odd signal has no real power; what little there is besides is found, however small beside the signal."""
     tiny = 1e-200
     odd = np.arange(1.0, n_frames) - n_frames / 2
@@ -222,7 +222,7 @@ def test_columns_without_power(convention, n_frames):
 
 @pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", [2, 3, 30, 97, 100, 101, 256, 257, 400])
-def test_constants_have_no_power_but_at_dc(n_frames):
+def test_constants_have_power_only_at_dc(n_frames):
     gt, pred = motions(0, 3, n_frames, 5)
     moving = (np.abs(np.fft.fft(gt, axis=1)) ** 2)[:, 1:].sum() / (np.abs(np.fft.fft(gt, axis=1)) ** 2).sum()
     for constant in (0.0, 1.0, -0.1, 1e200, np.pi):
@@ -232,7 +232,7 @@ def test_constants_have_no_power_but_at_dc(n_frames):
 
 @pytest.mark.parametrize("n_frames", [5, 100, 300])
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_what_is_not_finite_is_named(n_frames, bad):
+def test_values_that_are_not_finite_are_named(n_frames, bad):
     gt, pred = motions(0, 4, n_frames, 3)
     pred[2, 3, 1] = pred[3, 0, 0] = bad
     with pytest.raises(ValueError, match=rf"pred: {bad} at index \(2, 3, 1\); every value must be finite"):
@@ -243,7 +243,7 @@ def test_what_is_not_finite_is_named(n_frames, bad):
 
 
 @pytest.mark.skipif(np.finfo(np.longdouble).max <= np.finfo(float).max, reason="no wider type here")
-def test_what_only_a_wider_type_holds_is_refused():
+def test_values_beyond_float64_are_refused():
     gt, pred = motions(0, 2, 10, 3).astype(np.longdouble)
     pred[1, 2, 0] = np.longdouble("1e400")
     with pytest.raises(ValueError, match=r"pred: inf at index \(1, 2, 0\) in float64"):
@@ -285,13 +285,13 @@ def test_cached_matrices_cannot_be_written_to():
             matrix[0, 0] = 0
 
 
-def test_settings_of_numpy_are_left_alone():
+def test_numpy_settings_are_unchanged():
     before = np.getbufsize(), np.geterr()
     npss.score(*motions(0, 3, 30, 4))
     assert (np.getbufsize(), np.geterr()) == before
 
 
-def test_blocks_and_pieces_are_as_large_as_they_may_be(monkeypatch):
+def test_sizes_of_blocks_and_pieces(monkeypatch):
     def spectra(*arguments):
         calls.append(1)
         return original(*arguments)
@@ -304,7 +304,7 @@ def test_blocks_and_pieces_are_as_large_as_they_may_be(monkeypatch):
     assert len(calls) == 2 * 3  # 10 sequences are 2**18 values with all that is computed of them
 
 
-def test_numbers_that_the_fft_is_fast_on():
+def test_smooth_numbers():
     assert [n for n in range(1, 40) if not _power._is_smooth(n)] == [17, 19, 23, 29, 31, 34, 37, 38]
 
 

@@ -37,7 +37,7 @@ def test_two_axes_are_one_sequence(name, pair):
         ({"bins": "one-sided", "distance": "spectrum"}, 2.0),
     ],
 )
-def test_a_tone_that_is_one_bin_off(change, expected):
+def test_a_tone_one_bin_off(change, expected):
     t = np.arange(8)[:, np.newaxis]
     one, two = np.cos(2 * np.pi * t / 8), np.cos(2 * np.pi * 2 * t / 8)
     assert npss.score(one, two, convention=npss.Convention(**change)) == pytest.approx(expected)
@@ -181,7 +181,7 @@ class TestWindows:
             ((0, 40), r"gt: one frame in the window 0-0\.04 s"),
         ],
     )
-    def test_edges_that_cannot_be_had(self, edges, message):
+    def test_invalid_edges(self, edges, message):
         motion = np.random.default_rng(0).normal(size=(100, 2))
         with pytest.raises(ValueError, match=message):
             npss.score_windows(motion, motion, fps=25, edges_ms=edges)
@@ -192,7 +192,7 @@ class TestWindows:
         with pytest.raises(ValueError, match="gt: no power in any feature of any sequence in the window 1-2 s"):
             npss.score_windows(gt, gt, fps=25)
 
-    def test_bad_values_are_found_at_their_place_in_the_whole(self):
+    def test_errors_name_the_index_in_the_whole_motion(self):
         gt = np.ones((2, 100, 1))
         bad = gt.copy()
         bad[1, 60, 0] = np.inf

@@ -53,7 +53,7 @@ CONVENTIONS = st.one_of(
 
 
 @given(convention=CONVENTIONS, context=CONTEXTS, extra=EXTRAS)
-def test_reads_back(convention, context, extra):
+def test_round_trip(convention, context, extra):
     text = npss.signature(convention, extra=extra, **context)
     own = {"extra": extra} if extra else {}
     assert npss.parse_signature(text) == {"metric": "npss", "version": 1, "convention": convention, **context, **own}
@@ -87,14 +87,14 @@ def test_the_order_in_which_fields_are_printed(context, extra):
     assert others == sorted({*context, *extra} - set(FIRST))
 
 
-def test_looks_as_documented():
+def test_the_documented_examples():
     assert (
         npss.signature("paper", unwrap="off", fps=25, frames=100, representation="euler", seed=3, window="0-1")
         == "npss|version:1|convention:paper|representation:euler|frames:100|fps:25|window:0-1|unwrap:off|seed:3"
     )
 
 
-def test_a_named_convention_has_its_name_whoever_built_it():
+def test_a_convention_equal_to_a_named_one_has_its_name():
     assert npss.signature(npss.Convention()) == npss.signature("paper")
     assert npss.signature(npss.Convention(power="real", zero="empty")) == npss.signature("released")
 
@@ -108,7 +108,7 @@ def test_several_conventions_or_none():
 
 
 @pytest.mark.parametrize("text", ["1", "-3", "1.5", "-0.25", "1e5", "2.5e-07", "1e+300", "true", "false", ""])
-def test_text_that_looks_like_a_number_or_a_truth_value_stays_text(text):
+def test_text_that_looks_like_a_number_or_boolean_stays_text(text):
     written = npss.signature(extra={"mine": text}, protocol=text)
     assert npss.parse_signature(written)["extra"] == {"mine": text}
     assert npss.parse_signature(written)["protocol"] == text
@@ -116,14 +116,14 @@ def test_text_that_looks_like_a_number_or_a_truth_value_stays_text(text):
 
 
 @pytest.mark.parametrize("value", [0, -1, 1.5, -0.25, 1e300, 5e-324, 2**70, True, False])
-def test_numbers_and_truth_values_stand_bare(value):
+def test_numbers_and_booleans_are_bare(value):
     (read,) = npss.parse_signature(npss.signature(extra={"mine": value}))["extra"].values()
     assert (read, isinstance(read, bool)) == (value, isinstance(value, bool))
     assert '"' not in npss.signature(extra={"mine": value})
 
 
 @pytest.mark.parametrize("text", ["a b", "x:y", "a|b", "50 %", "1+1", "%7C", ' "', "ü", "\n", " a", "a "])
-def test_text_is_split_at_no_separator(text):
+def test_separators_in_text_are_escaped(text):
     written = npss.signature(extra={"mine": text})
     assert written.count("|") == 3
     assert written.count(":") == 3
@@ -132,7 +132,7 @@ def test_text_is_split_at_no_separator(text):
     assert npss.parse_signature(written)["extra"] == {"mine": text}
 
 
-def test_numbers_are_equal_whatever_holds_them():
+def test_equal_numbers_of_different_types_give_equal_signatures():
     assert npss.signature(fps=25.0) == npss.signature(fps=25) == npss.signature(fps=np.float32(25))
     assert npss.signature(frames=np.int64(3)) == npss.signature(frames=3)
 
@@ -170,7 +170,7 @@ def test_numbers_are_equal_whatever_holds_them():
         ({"extra": {"convention": "paper"}}, TypeError, "extra: 'convention' is the name of an argument"),
     ],
 )
-def test_values_that_have_no_signature(keywords, error, message):
+def test_invalid_values(keywords, error, message):
     with pytest.raises(error, match=message):
         npss.signature(**keywords)
 
@@ -202,12 +202,12 @@ def test_values_that_have_no_signature(keywords, error, message):
         "npss|version:1||fps:25",
     ],
 )
-def test_text_that_is_no_signature(text):
+def test_invalid_signatures(text):
     with pytest.raises(ValueError, match=r"signature|convention|power"):
         npss.parse_signature(text)
 
 
-def test_what_a_field_may_hold_is_asked_of_a_text_too():
+def test_values_are_checked_in_parsed_signatures():
     with pytest.raises(
         ValueError, match=r"^signature: unwrap: expected one of .*, got 'of' in 'npss\|version:1\|unwrap:of'$"
     ):
@@ -222,7 +222,7 @@ def test_several_unknown_fields_are_read():
         npss.parse_signature("npss|version:1|a:1|a:2")
 
 
-def test_what_is_no_text():
+def test_only_text_is_parsed():
     with pytest.raises(TypeError, match="signature: expected text"):
         npss.parse_signature(None)
 
@@ -240,7 +240,7 @@ CALLS = {
 
 
 @pytest.mark.parametrize("call", CALLS)
-class TestNamesThatNobodyKnows:
+class TestUnknownNames:
     @pytest.mark.parametrize(
         ("name", "value", "nearest"),
         [("protocl", "srnn-8", "protocol"), ("Representation", "euler", "representation"), ("ekstra", {}, "extra")],
@@ -250,7 +250,7 @@ class TestNamesThatNobodyKnows:
         with pytest.raises(TypeError, match=message):
             CALLS[call](**{name: value})
 
-    def test_where_none_is_near(self, call):
+    def test_no_similar_name(self, call):
         message = (
             r"^mydata: neither an argument nor a signature field; pass your own fields as extra=\{'mydata': \.\.\.\}$"
         )
@@ -258,7 +258,7 @@ class TestNamesThatNobodyKnows:
             CALLS[call](mydata="v2")
 
     @pytest.mark.parametrize("name", ["frames", "protocol", "unwrap", "draws", "metric", "version", "convention"])
-    def test_names_that_are_taken(self, call, name):
+    def test_taken_names(self, call, name):
         with pytest.raises(TypeError, match=rf"^extra: '{name}' is "):
             CALLS[call](extra={name: 1})
 
@@ -281,7 +281,7 @@ class TestNames:
             ("measure", "conventons", "conventions"),
         ],
     )
-    def test_arguments_of_the_function_are_near_too(self, call, name, nearest):
+    def test_arguments_of_the_function_are_suggested(self, call, name, nearest):
         with pytest.raises(TypeError, match=f"did you mean '{nearest}'"):
             CALLS[call](**{name: 1})
 
@@ -289,7 +289,7 @@ class TestNames:
         ("call", "name"),
         [("report", "gt"), ("report", "feature_names"), ("compare", "pred_a"), ("leaderboard", "by")],
     )
-    def test_a_field_is_not_called_as_an_argument(self, call, name):
+    def test_fields_cannot_have_names_of_arguments(self, call, name):
         with pytest.raises(TypeError, match=f"extra: '{name}' is the name of an argument"):
             CALLS[call](extra={name: 1})
 
@@ -304,16 +304,16 @@ class TestNames:
         ]
         + [("leaderboard", "unwrap"), ("leaderboard", "fps"), ("leaderboard", "metric"), ("measure", "unwrap")],
     )
-    def test_what_is_known_cannot_be_contradicted(self, call, name):
+    def test_filled_in_fields_cannot_be_passed(self, call, name):
         with pytest.raises(TypeError, match=f"^{name}: the signature states it anyway"):
             CALLS[call](**{name: 3})
 
-    def test_fields_of_one_s_own(self):
+    def test_custom_fields(self):
         for made in (CALLS["report"], CALLS["compare"]):
             assert made(extra={"mydata": "v2"}).signature.endswith("|mydata:v2")
         assert CALLS["measure"](extra={"mydata": "v2"})["signatures"]["paper"].endswith("|mydata:v2")
 
-    def test_values_are_looked_at_before_the_work(self):
+    def test_values_are_checked_before_the_computation(self):
         with pytest.raises(ValueError, match="unwrap: expected one of"):
             npss.report(np.zeros((2, 5, 1)), np.zeros((2, 5, 1)), unwrap="no")  # which has no score
 
@@ -366,7 +366,7 @@ class TestConvention:
         with pytest.raises(error, match=f"{field}: expected one of"):
             npss.Convention(**{field: value})
 
-    def test_its_choices_have_names_and_the_named_ones_stay_what_they_are(self):
+    def test_names_of_choices_and_frozen_named_conventions(self):
         with pytest.raises(TypeError):
             npss.Convention("real")
         with pytest.raises(TypeError):
@@ -419,7 +419,7 @@ class TestExplain:
     @pytest.mark.parametrize(
         ("protocol", "where"), [("srnn-8", "one frame later (srnn-8-late)."), ("srnn-8-late", "here.")]
     )
-    def test_it_says_how_it_is_known(self, protocol, where):
+    def test_evidence(self, protocol, where):
         stated = PUBLISHED | {"protocol": protocol, "columns": "gt", "average": "at"}
         text = npss.explain(npss.signature(("paper", "released"), metric="npss+euler_error", **stated))
         evidence = "strong evidence, not fact: the first frame behind the paper's rows is unknown; its code cuts"
@@ -427,7 +427,7 @@ class TestExplain:
         assert f"Euler error: comparable with tables 6 and 7 of the NPSS paper (Human3.6M): {evidence} " in text
         assert ("the zero-velocity row of table 6, copied from" in text) == (protocol == "srnn-8-late")
 
-    def test_a_field_that_no_table_knows(self):
+    def test_a_field_unknown_to_the_tables(self):
         text = npss.explain(npss.signature("released", **PUBLISHED, extra={"subject": 9}))
         table = "tables 4 and 5 of the NPSS paper (Human3.6M)"
         assert f"may or may not be comparable with {table}; not stated: the meaning of subject." in text
@@ -435,7 +435,7 @@ class TestExplain:
     def test_a_window_of_table_5(self):
         assert "NPSS: comparable" in npss.explain(npss.signature("released", **PUBLISHED, window="1-2"))
 
-    def test_it_says_whether_jumps_were_removed(self):
+    def test_unwrapping(self):
         assert "jumps of 2 pi removed: yes, over the scored frames only" in npss.explain(
             npss.signature(**{**PUBLISHED, "unwrap": "target"})
         )
@@ -467,7 +467,7 @@ class TestExplain:
         text = npss.explain(npss.signature("released", **stated, quaternions="w>=0"))
         assert "quaternions must be continuous, not w>=0" in text
 
-    def test_continuous_angles_are_not_those_of_the_paper(self):
+    def test_continuous_angles_differ_from_the_paper(self):
         text = npss.explain(npss.signature("released", **{**PUBLISHED, "unwrap": "continuous"}))
         assert "yes, and jumps of pi at gimbal lock" in text
         assert "unwrap must be off, not continuous" in text

@@ -29,7 +29,7 @@ def test_the_bits_do_not_depend_on_the_number_of_threads(small_blocks, name, wor
     assert npss.score_windows(gt, pred, fps=10, edges_ms=(0, 1000, 3000), convention=name, workers=workers) == windows
 
 
-def test_no_thread_is_started_unless_asked_for(small_blocks, monkeypatch):
+def test_no_thread_is_started_by_default(small_blocks, monkeypatch):
     def refuse(self, *arguments, **options):
         raise AssertionError("a pool of threads")
 
@@ -43,7 +43,7 @@ def test_no_thread_is_started_unless_asked_for(small_blocks, monkeypatch):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_progress_is_told_after_every_block(small_blocks, workers):
+def test_progress_is_reported_after_every_block(small_blocks, workers):
     gt, pred = np.random.default_rng(0).normal(size=(2, 2, 30, 24))
     assert len(_kernel.blocks(gt)) == 2 * 24
     told = []
@@ -69,7 +69,7 @@ def test_errors_reach_the_caller(small_blocks):
 
 
 @pytest.mark.parametrize("workers", [1.0, "2", None, True])
-def test_what_is_no_number_of_threads(workers):
+def test_invalid_numbers_of_threads(workers):
     with pytest.raises(TypeError, match="workers: expected a whole number"):
         npss.score(np.eye(3), np.eye(3), workers=workers)
 

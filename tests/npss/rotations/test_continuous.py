@@ -44,7 +44,7 @@ def turning():
     return v[np.newaxis, :, np.newaxis]
 
 
-def test_the_same_rotations_score_zero():
+def test_equal_rotations_score_zero():
     q = expmap_to_quaternion(turning())
     by_hand = loop(q[0, :, 0])
     flat = q.reshape(1, 60, 4)
@@ -57,7 +57,7 @@ def test_the_same_rotations_score_zero():
 
 
 @given(seed=st.integers(0, 1000), n=st.integers(1, 12), first=st.booleans())
-def test_signs_are_those_of_the_loop(seed, n, first):
+def test_signs_equal_the_loop(seed, n, first):
     q = np.random.default_rng(seed).normal(size=(n + 1, 4))
     start = q[0] if first else None
     got = continuous(q[1:], axis=0, start=start)
@@ -70,7 +70,7 @@ def test_signs_are_those_of_the_loop(seed, n, first):
 
 @settings(max_examples=30)
 @given(seed=st.integers(0, 1000), signs=st.lists(st.sampled_from([-1, 1]), min_size=20, max_size=20))
-def test_signs_of_the_input_do_not_matter_but_for_the_first(seed, signs):
+def test_only_the_first_sign_of_the_input_matters(seed, signs):
     q = np.random.default_rng(seed).normal(size=(20, 3, 4))
     flipped = q * np.array(signs)[:, np.newaxis, np.newaxis]
     assert np.array_equal(continuous(flipped, axis=0), signs[0] * continuous(q, axis=0))
@@ -117,7 +117,7 @@ def test_precisions_and_empty_arrays(size, function):
     assert np.array_equal(q, before)
 
 
-def test_a_zero_quaternion_is_none():
+def test_zero_quaternions():
     q = np.ones((3, 4, 4))
     q[2, 1] = 0
     with pytest.raises(ValueError, match=r"^q: a zero quaternion, not a rotation, at index \(2, 1\)$"):
@@ -158,7 +158,7 @@ def through_the_lock(seq, *, steps=41):
 
 @pytest.mark.parametrize("seq", SEQUENCES)
 @pytest.mark.parametrize("side", [1, -1])
-def test_a_path_through_gimbal_lock_is_found_again(seq, side):
+def test_a_path_through_gimbal_lock_is_recovered(seq, side):
     path = through_the_lock(seq)
     path[:, 1] += PI * (side < 0)  # the other of the two places of lock
     got = converted(path, seq)
@@ -203,7 +203,7 @@ def test_at_gimbal_lock_both_outer_angles_move_by_the_same(seq, dtype):
         assert np.linalg.norm(moved) <= np.linalg.norm(representations(given_[0], seq) - near, axis=1).min() + 1e-6
 
 
-def test_the_case_that_diagnose_and_unwrap_passed_over():
+def test_a_jump_that_diagnose_and_unwrap_miss():
     t = np.arange(100) / 25
     smooth = np.stack([0.3 + 0 * t, PI / 2 + 0.4 * np.sin(PI * t), -0.2 + 0 * t], axis=1)[np.newaxis]
     flipped = converted(smooth, "XYZ")
@@ -215,7 +215,7 @@ def test_the_case_that_diagnose_and_unwrap_passed_over():
 
 @settings(max_examples=20)
 @given(seed=st.integers(0, 1000))
-def test_away_from_the_lock_it_unwraps(seed):
+def test_away_from_gimbal_lock_it_unwraps(seed):
     path = 0.3 * np.random.default_rng(seed).normal(size=(30, 5, 3)).cumsum(axis=0)
     path[..., 1] = np.clip(path[..., 1], -0.5, 0.5)
     wrapped = np.remainder(path + PI, 2 * PI) - PI
@@ -225,7 +225,7 @@ def test_away_from_the_lock_it_unwraps(seed):
     assert np.array_equal(continuous_euler(got, seq="h36m", axis=0), got)
 
 
-def test_a_swing_close_to_the_lock_is_no_jump():
+def test_a_swing_near_gimbal_lock_is_not_a_jump():
     """Where the lock is passed at a hundredth of a radian, the outer angles turn by about pi, and have to."""
     t = np.linspace(-0.3, 0.3, 32)
     path = np.stack([0.01 + 0 * t, PI / 2 + t, 0 * t], axis=1)  # about z by a little, then about y
@@ -275,7 +275,7 @@ def test_what_is_refused(options, error, message):
             call(np.ones((4, size), complex), axis=0)
 
 
-def test_angles_that_are_refused():
+def test_refused_angles():
     with pytest.raises(ValueError, match=r"^angles: 2000000000000\.0 at index \(1, 0\) is too large an angle"):
         continuous_euler([[0, 0, 0], [2e12, 0, 0]], seq="XYZ", axis=0)
     with pytest.raises(ValueError, match=r"^start: 2000000000000\.0 at index \(2,\) is too large an angle"):

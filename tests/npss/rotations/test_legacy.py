@@ -57,7 +57,7 @@ def test_it_is_computed_in_double_precision():
     assert expmap_to_euler(v.astype(np.float16), legacy=True).dtype == np.float64
 
 
-def test_the_flaw_is_small_as_a_rule():
+def test_the_flaw_is_usually_small():
     v = sample("expmap", (20_000,))
     error = around(expmap_to_euler(v, legacy=True) - expmap_to_euler(v)).max(1)
     assert 1e-8 < np.median(error) < 2e-7

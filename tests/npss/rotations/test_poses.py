@@ -48,7 +48,7 @@ def test_other_precisions(legacy):
 
 
 @both
-def test_poses_in_single_precision_meet_the_curves_that_samples_hold(samples_root, legacy):
+def test_single_precision_poses_reproduce_the_curves_of_samples(samples_root, legacy):
     """The rest is the released code's axis, which is off by 1.2e-7 of itself: `legacy` has the same one."""
     pytest.importorskip("h5py", reason="needs h5py")
     for path in samples_root.glob("*.h5"):

@@ -244,7 +244,7 @@ def test_zero_quaternion(dtype):
 
 
 @pytest.mark.parametrize(("dtype", "tolerance"), [(np.float64, 1e-6), (np.float32, 1e-4), (np.float16, 1e-2)])
-def test_matrix_off_a_rotation(dtype, tolerance):
+def test_matrix_near_a_rotation(dtype, tolerance):
     for off, accepted in ((tolerance / 4, True), (tolerance * 4, False)):
         R = np.broadcast_to(np.eye(3), (2, 3, 4, 3, 3)).astype(dtype)
         R[1, 0, 2, 0, 1] = R[1, 1, 0, 2, 2] = off
@@ -273,7 +273,7 @@ def test_reflection():
 
 
 @pytest.mark.parametrize("seq", ["", "XY", "XXY", "XYy", "Xyz", "ABC", "XYZX", "H36M", "xyz "])
-def test_no_sequence(seq):
+def test_invalid_sequences(seq):
     for source, target in PAIRS:
         if "euler" in (source, target):
             with pytest.raises(ValueError, match=r"^seq: expected one of h36m, "):
@@ -281,13 +281,13 @@ def test_no_sequence(seq):
 
 
 @pytest.mark.parametrize("seq", [None, 3, ("X", "Y", "Z")])
-def test_sequence_that_is_no_string(seq):
+def test_sequences_that_are_not_strings(seq):
     with pytest.raises(TypeError, match=r"^seq: "):
         expmap_to_euler([0, 0, 1], seq=seq)
 
 
 @pytest.mark.parametrize("seq", LETTERS)
-def test_legacy_knows_one_convention(seq):
+def test_legacy_supports_one_convention(seq):
     with pytest.raises(ValueError, match=r"^legacy: .*h36m"):
         expmap_to_euler([0, 0, 1], seq=seq, legacy=True)
 
@@ -373,7 +373,7 @@ def test_the_representative_is_canonical(dtype, v):
 
 @pytest.mark.numeric
 @pytest.mark.parametrize("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.6, 0.8, 0), (0, 0.6, -0.8)])
-def test_half_turns_point_forwards(axis):
+def test_half_turns_have_a_canonical_axis(axis):
     axis = np.array(axis)
     half_turn = 2 * np.outer(axis, axis) - np.eye(3)
     for v in (rotations.matrix_to_expmap(half_turn), rotations.quaternion_to_expmap([0, *-axis])):

@@ -25,7 +25,7 @@ def test_removes_what_wrapping_adds(angles):
 
 
 @given(angles=SMOOTH)
-def test_from_the_seed_on_is_the_tail_of_the_whole(angles):
+def test_with_seed_frames_equals_the_tail_of_the_whole(angles):
     wrapped = wrap(angles)
     whole = npss.unwrap(wrapped)
     np.testing.assert_array_equal(npss.unwrap(wrapped[:, 5:], seed_frames=wrapped[:, :5]), whole[:, 5:])
@@ -33,14 +33,14 @@ def test_from_the_seed_on_is_the_tail_of_the_whole(angles):
 
 
 @given(angles=SMOOTH)
-def test_twice_is_once_and_steps_are_at_most_half_a_turn(angles):
+def test_idempotent_with_steps_of_at_most_half_a_turn(angles):
     once = npss.unwrap(wrap(angles))
     np.testing.assert_array_equal(npss.unwrap(once), once)
     assert np.abs(np.diff(once, axis=1)).max() <= np.pi + 1e-9
     assert once.dtype == np.float64
 
 
-def test_from_the_seed_on_is_not_over_the_target_alone():
+def test_seed_frames_matter():
     angles, seed = np.array([[-3.0], [-2.9]]), np.array([[3.0]])
     assert npss.unwrap(angles)[0, 0] == -3
     assert npss.unwrap(angles, seed_frames=seed)[0, 0] == pytest.approx(2 * np.pi - 3)
