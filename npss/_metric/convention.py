@@ -80,8 +80,8 @@ class Convention:
 
 #: The choices of each field.
 CHOICES: dict[str, tuple[str, ...]] = {name: get_args(kind) for name, kind in get_type_hints(Convention).items()}
-#: The named conventions: ``paper`` (what the text defines, the default), ``released`` (what published tables hold)
-#: and ``literal`` (equations 7 to 9 as printed).
+#: The named conventions: ``paper`` (the text of the paper, default), ``released`` (its code, used in published tables)
+#: and ``literal`` (its equations 7 to 9 as printed).
 CONVENTIONS: Mapping[ConventionName, Convention] = MappingProxyType(
     {
         "paper": Convention(),

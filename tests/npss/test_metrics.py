@@ -1,4 +1,4 @@
-"""The registry of metrics: what is refused, and that a metric of one's own is everywhere where NPSS is."""
+"""The registry of metrics: invalid entries, and custom metrics everywhere that NPSS is."""
 
 import json
 import pickle
@@ -30,7 +30,7 @@ def poses(seed):
 
 @pytest.fixture
 def samples(tmp_path):
-    """Files of three models' predictions, ever farther from the truth."""
+    """Files of three models' predictions, with increasing errors."""
     gt, noise = poses(0), poses(1)
     for name, size in (("near", 0.1), ("far", 1.0), ("afar", 2.0)):
         arrays = {}
@@ -53,7 +53,7 @@ def page():
 
 
 def mpjpe(gt, pred, frame):
-    """By loops over sequences and joints."""
+    """Compute MPJPE with loops over sequences and joints."""
     truth, prediction = poses_to_positions(gt), poses_to_positions(pred)
     return [
         sum(np.sqrt(sum((a - b) ** 2)) for a, b in zip(truth[i, frame], prediction[i, frame], strict=True)) / 32
@@ -106,18 +106,18 @@ def test_invalid_entries(entry, error, message):
 
 
 def test_entries_cannot_be_changed():
-    one = metric(fields={"a": 1})
+    entry = metric(fields={"a": 1})
     with pytest.raises(AttributeError):
-        one.name = "other"
+        entry.name = "other"
     with pytest.raises(TypeError):
-        one.fields["a"] = 2
+        entry.fields["a"] = 2
     with pytest.raises(TypeError):
-        METRICS["other"] = one
+        METRICS["other"] = entry
 
 
 def test_duplicates_are_refused():
-    one = register(metric())
-    assert METRICS["mine"] is one
+    entry = register(metric())
+    assert METRICS["mine"] is entry
     with pytest.raises(ValueError, match=r"^the metric 'mine' is registered already"):
         register(metric())
     with pytest.raises(ValueError, match=r"^metric: the heading 'mine' is ambiguous: 'mine' has the heading 'mine'"):
@@ -147,11 +147,11 @@ def test_headings_are_in_one_place():
     assert (EULER_ERROR.labelled, NPSS.labelled) == ("Euler error (rad)", "NPSS")
 
 
-# --- what functions return --------------------------------------------------------------------------------------------
+# --- results of functions ---------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("found", "aggregation", "error", "message"),
+    ("result", "aggregation", "error", "message"),
     [
         (1.0, "mean", ValueError, "expected a number for each of 8 sequences, shape (8,), got ()"),
         (np.ones(7), "mean", ValueError, "expected a number for each of 8 sequences, shape (8,), got (7,)"),
@@ -170,8 +170,8 @@ def test_headings_are_in_one_place():
         (-1.0, "none", ValueError, "-1.0 at index (0,)"),
     ],
 )
-def test_invalid_results(found, aggregation, error, message):
-    register(metric(lambda gt, pred: found, aggregation=aggregation))
+def test_invalid_results(result, aggregation, error, message):
+    register(metric(lambda gt, pred: result, aggregation=aggregation))
     with pytest.raises(error, match=re.escape(message)) as raised:
         measure(*motions(), metrics=["mine"])
     assert str(raised.value).startswith("metric 'mine'")
@@ -216,7 +216,7 @@ def test_aggregations():
     assert alone["weight"]["weighted"] == weights.tolist()
     assert "mine" not in alone["weight"]
     assert "whole" not in alone["metrics"]
-    results = {one.column: one for one in results_of_record({"model": "m", "action": "a", **record})}
+    results = {result.column: result for result in results_of_record({"model": "m", "action": "a", **record})}
     assert results["weighted"].value == pytest.approx(np.average(values, weights=weights))
     assert results["whole"].numerator is None
 
@@ -230,7 +230,7 @@ def test_mse_is_registered():
     assert npss.explain(record["signatures"]["MSE"]).startswith(f"MSE: {MSE.says}.")
 
 
-# --- a metric of one's own, everywhere --------------------------------------------------------------------------------
+# --- a custom metric, everywhere --------------------------------------------------------------------------------------
 
 
 def test_records(page):
@@ -247,7 +247,7 @@ def test_records(page):
     others = measure(*angles, at_ms=(80, 400.0), sequences=True, **options)
     del record["metrics"], record["sequences"]["metrics"]
     record["signatures"] = {name: record["signatures"][name] for name in others["signatures"]}
-    assert record == others  # which nothing else has changed
+    assert record == others  # everything else is unchanged
     assert measure(*angles, metrics=["MPJPE"], poses=(gt, pred), at_ms=[80], fps=25)["metrics"].keys() == {
         "MPJPE 80 ms"
     }
@@ -300,7 +300,7 @@ def test_leaderboards(page, samples, capsys):
     assert ranks["MPJPE 400 ms", "near"] < ranks["MPJPE 400 ms", "far"] < ranks["MPJPE 400 ms", "afar"]
     text = board.to_text()
     (header,) = (line for line in text.splitlines() if line.startswith("rank"))
-    # Two metrics have times, so none stands under its times alone.
+    # Two metrics have times, so the times alone do not identify one.
     assert all(words in header for words in ("MPJPE 400 ms", "Euler error 400 ms"))
     assert all(note in text for note in ("MPJPE: in mm.", "Euler error: in rad."))
     assert re.search(rf"^ *1  near .* {ranks['MPJPE 400 ms', 'near']:.1f}\* ", text, re.M)
@@ -317,10 +317,10 @@ def test_leaderboards(page, samples, capsys):
 
 def test_comparisons(page):
     gt, a, b = (poses_to_positions(poses(seed)) for seed in (0, 1, 2))
-    found = npss.compare(gt, a, b, metric="mpjpe", fps=25, at_ms=400)
-    assert found.a == pytest.approx(np.mean(mpjpe(poses(0), poses(1), 9)))
-    assert found.signature == "mpjpe|version:1|frames:25|fps:25|at_ms:400|root:fixed"
-    assert 0 < found.p_value <= 1
+    comparison = npss.compare(gt, a, b, metric="mpjpe", fps=25, at_ms=400)
+    assert comparison.a == pytest.approx(np.mean(mpjpe(poses(0), poses(1), 9)))
+    assert comparison.signature == "mpjpe|version:1|frames:25|fps:25|at_ms:400|root:fixed"
+    assert 0 < comparison.p_value <= 1
     with pytest.raises(ValueError, match=r"^pred_b: nan at index"):
         npss.compare(gt, a, b * np.nan, metric="mpjpe", fps=25, at_ms=400)
     with pytest.raises(ValueError, match=r"^gt: expected shape \(N, T, J, 3\) with N >= 2"):
@@ -353,7 +353,7 @@ def share(gt, pred):
 
 @pytest.fixture
 def shares():
-    """Records of three models by a metric of which more is better."""
+    """Records of three models by a metric for which higher is better."""
     register(metric(share, name="share", heading="PCK", lower_is_better=False))
     gt, noise = motions(12)
     return [
@@ -387,7 +387,7 @@ def test_the_highest_is_ranked_first(shares):
 
 
 def test_records_state_the_direction(shares):
-    del METRICS._entries["share"]  # as where it is not known
+    del METRICS._entries["share"]  # as if unknown
     check_ranks(json.loads(json.dumps(shares)))
 
 
@@ -402,8 +402,8 @@ def test_the_highest_is_ranked_first_without_samples(shares):
 def test_the_first_of_two_is_better_where_it_is_higher():
     register(metric(share, name="share", lower_is_better=False))
     gt, noise = motions(12)
-    found = npss.compare(gt, gt + 0.1 * noise, gt + 0.8 * noise, metric="share")
-    assert (found.better, found.difference > 0) == (12, True)
+    comparison = npss.compare(gt, gt + 0.1 * noise, gt + 0.8 * noise, metric="share")
+    assert (comparison.better, comparison.difference > 0) == (12, True)
 
 
 def test_a_study_ranks_by_it(shares):
@@ -415,11 +415,11 @@ def test_a_study_ranks_by_it(shares):
 def test_votes_are_compared_with_it(shares):
     question = Question(1, 1, "far", "near")
     votes = [Vote(participant=str(i), question=question, action="a", choice="B") for i in range(3)]
-    told = vote_summary(votes, shares)
-    (ranking,) = told["metrics"]["PCK"]["rankings"].values()
+    result = vote_summary(votes, shares)
+    (ranking,) = result["metrics"]["PCK"]["rankings"].values()
     assert [place["model"] for place in ranking] == ["near", "far"]
-    assert told["metrics"]["PCK"]["overall"]["agreed"] == 1
-    assert "PCK" in votes_text(told)
+    assert result["metrics"]["PCK"]["overall"]["agreed"] == 1
+    assert "PCK" in votes_text(result)
 
 
 def test_leaderboards_can_be_pickled_with_any_function(shares):

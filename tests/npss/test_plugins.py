@@ -1,4 +1,4 @@
-"""Plugins: who imports them, from where, and what is said of one that cannot be imported."""
+"""Plugins: who imports them, from where, and the errors of failed imports."""
 
 import importlib.metadata
 import os
@@ -20,7 +20,7 @@ SIGNATURE = "npss|version:1|convention:paper"
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """The current folder, from which plugins are imported and forgotten again."""
+    """Import plugins from a temporary current folder, and forget them afterwards."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(plugins, "_named", {})
@@ -127,7 +127,7 @@ class TestLoad:
 
     @pytest.mark.parametrize("module", ["json.tool", "npss.gait"])
     def test_installed_modules_come_first(self, folder, module):
-        """So that a folder of data cannot put its code in the place of what is installed."""
+        """A data folder must not replace installed code."""
         write(folder, json="raise RuntimeError", npss="raise RuntimeError", plistlib="raise RuntimeError")
         before = list(sys.path)
         plugins.load(module)
@@ -139,7 +139,7 @@ class TestLoad:
         assert sys.path[-1] == str(folder)
 
     def test_by_the_installed_command(self, tmp_path):
-        """In a process of its own, the command of which does not begin with the current folder on its path."""
+        """In a separate process, whose path does not start with the current folder."""
         write(tmp_path, plugin_a="print('imported')")
         code = "import sys; sys.path[0] = ''; del sys.path[0]; from npss.commands import main; sys.exit(main())"
         command = [sys.executable, "-c", code, "explain", SIGNATURE, "--plugin", "plugin_a"]
@@ -217,7 +217,7 @@ class TestRequire:
             plugins.require(["my_a", "npss", "my.b"])
         assert "my_a" not in sys.modules
 
-    @pytest.mark.parametrize("stated", ["npss", {"npss": 1}, [1], ["a; rm"], ["$(a)"], ["a b"], [""], ["a\n"], None])
-    def test_invalid_lists_of_modules(self, stated):
+    @pytest.mark.parametrize("names", ["npss", {"npss": 1}, [1], ["a; rm"], ["$(a)"], ["a b"], [""], ["a\n"], None])
+    def test_invalid_lists_of_modules(self, names):
         with pytest.raises(ValueError, match=r"^plugins: expected a list of names of modules, got "):
-            plugins.require(stated)
+            plugins.require(names)

@@ -1,4 +1,4 @@
-"""Predictors that need no training, against what they say they do."""
+"""Untrained predictors against their descriptions."""
 
 import numpy as np
 import pytest

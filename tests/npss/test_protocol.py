@@ -21,7 +21,7 @@ from npss.protocol import (
 )
 
 LENGTHS = st.tuples(st.integers(167, 5000), st.integers(167, 5000))
-# Of Human3.6M's test subject at 25 frames per second, and where its windows are known to start.
+# Lengths of clips of Human3.6M's test subject at 25 frames per second, and known starts of its windows.
 KNOWN = {
     "walking": ((1500, 1261), [1087, 955, 1145, 332, 660, 304, 201, 54]),
     "eating": ((1638, 1166), [1426, 374, 1087, 156, 1329, 955, 1145, 332]),
@@ -69,7 +69,7 @@ class TestWindows:
         assert all(window.target.stop <= lengths[window.clip] for window in late)
 
     def test_late_windows_reach_the_last_frame(self):
-        """The last draw leaves one frame of the clip unused: the late windows use it, and no more."""
+        """The last draw leaves one frame of the clip unused; late windows use exactly that frame."""
         stops = {window.target.stop for window in srnn_windows((167, 167), late=True)}
         assert stops == {167}
 
@@ -240,7 +240,7 @@ class TestTimes:
 
 
 def poses(seed=0, lengths=(30, 20, 1), dtype=np.float64):
-    """Clips of five columns, of which the second and the fourth are constant."""
+    """Clips of five columns; the second and the fourth are constant."""
     rng = np.random.default_rng(seed)
     clips = [rng.normal(size=(length, 5)) * [1, 0, 1e-3, 0, 1e3] + [5, 7, 0, 0, 1e4] for length in lengths]
     return [clip.astype(dtype) for clip in clips]
@@ -250,11 +250,11 @@ class TestNormalization:
     def test_the_definition(self):
         clips = poses()
         stacked = np.concatenate(clips)
-        found = normalization(clips)
-        assert found.columns == (0, 2, 4)
-        np.testing.assert_allclose(found.mean, stacked.mean(axis=0), rtol=1e-13, atol=1e-15)
-        np.testing.assert_allclose(found.std[[0, 2, 4]], stacked.std(axis=0)[[0, 2, 4]], rtol=1e-13)
-        assert found.std[[1, 3]].tolist() == [1, 1]
+        fitted = normalization(clips)
+        assert fitted.columns == (0, 2, 4)
+        np.testing.assert_allclose(fitted.mean, stacked.mean(axis=0), rtol=1e-13, atol=1e-15)
+        np.testing.assert_allclose(fitted.std[[0, 2, 4]], stacked.std(axis=0)[[0, 2, 4]], rtol=1e-13)
+        assert fitted.std[[1, 3]].tolist() == [1, 1]
 
     @given(st.integers(0, 1000), st.lists(st.integers(1, 30), min_size=2, max_size=5))
     def test_the_split_into_clips_does_not_matter(self, seed, lengths):
@@ -266,21 +266,21 @@ class TestNormalization:
     @given(st.integers(0, 1000))
     def test_normalized_clips_have_mean_0_and_deviation_1(self, seed):
         clips = poses(seed)
-        found = normalization(clips)
-        values = np.concatenate([found.normalize(clip) for clip in clips])
+        fitted = normalization(clips)
+        values = np.concatenate([fitted.normalize(clip) for clip in clips])
         assert values.shape == (51, 3)
         np.testing.assert_allclose(values.mean(axis=0), 0, rtol=0, atol=1e-11)
         np.testing.assert_allclose(values.std(axis=0), 1, rtol=1e-11)
 
     @given(st.integers(0, 1000), st.sampled_from([(), (4,), (2, 3), (0,)]))
     def test_round_trip(self, seed, shape):
-        found = normalization(poses())
+        fitted = normalization(poses())
         rng = np.random.default_rng(seed)
         given_poses = rng.normal(size=(*shape, 5)) * 1e3
-        back = found.unnormalize(found.normalize(given_poses))
+        back = fitted.unnormalize(fitted.normalize(given_poses))
         assert back.shape == given_poses.shape
         np.testing.assert_allclose(back[..., [0, 2, 4]], given_poses[..., [0, 2, 4]], rtol=1e-12, atol=1e-9)
-        assert (back[..., [1, 3]] == found.mean[[1, 3]]).all()
+        assert (back[..., [1, 3]] == fitted.mean[[1, 3]]).all()
 
     @pytest.mark.parametrize(
         ("dtype", "result"),
@@ -289,43 +289,43 @@ class TestNormalization:
     )
     def test_precision(self, dtype, result):
         clips = [np.arange(10).reshape(5, 2).astype(dtype)]
-        found = normalization(clips)
-        assert found.mean.dtype == found.std.dtype == np.float64
-        assert found.mean.tolist() == [4, 5]
-        assert found.normalize(clips[0]).dtype == result
-        assert found.unnormalize(found.normalize(clips[0]).astype(dtype)).dtype == result
+        fitted = normalization(clips)
+        assert fitted.mean.dtype == fitted.std.dtype == np.float64
+        assert fitted.mean.tolist() == [4, 5]
+        assert fitted.normalize(clips[0]).dtype == result
+        assert fitted.unnormalize(fitted.normalize(clips[0]).astype(dtype)).dtype == result
 
     def test_float32_is_accumulated_in_float64(self):
-        """A constant column far from zero would seem to vary, and one that hardly varies would be lost."""
+        """In float32, a constant column far from zero would seem to vary, and one that hardly varies would be lost."""
         clip = np.full((100_000, 2), 1000.1, np.float32)
         step = 8 * np.spacing(clip[0, 0])
         clip[::2, 1] += step
-        found = normalization([clip[:60_000], clip[60_000:]])
-        assert found.columns == (1,)
-        assert found.mean[0] == pytest.approx(float(clip[0, 0]), rel=1e-14)
-        assert found.std[1] == pytest.approx(step / 2, rel=1e-9)
+        fitted = normalization([clip[:60_000], clip[60_000:]])
+        assert fitted.columns == (1,)
+        assert fitted.mean[0] == pytest.approx(float(clip[0, 0]), rel=1e-14)
+        assert fitted.std[1] == pytest.approx(step / 2, rel=1e-9)
 
     def test_the_threshold_is_on_the_deviation(self):
-        found = normalization([np.array([[-1.0], [1.0]]) * [0.999e-4, 1.001e-4]])
-        assert found.columns == (1,)
-        assert found.std == pytest.approx([1, 1.001e-4])
+        fitted = normalization([np.array([[-1.0], [1.0]]) * [0.999e-4, 1.001e-4]])
+        assert fitted.columns == (1,)
+        assert fitted.std == pytest.approx([1, 1.001e-4])
 
     def test_a_column_at_the_threshold_is_kept(self):
-        """Dropped are those below it; what is kept is not divided by 1."""
-        found = normalization([np.array([[-1e-4], [1e-4]])])
-        assert found.columns == (0,)
-        assert found.std.tolist() == [1e-4]
+        """Only columns below it are dropped; kept columns are not divided by 1."""
+        fitted = normalization([np.array([[-1e-4], [1e-4]])])
+        assert fitted.columns == (0,)
+        assert fitted.std.tolist() == [1e-4]
 
     def test_inputs_are_unchanged_and_statistics_read_only(self):
         clips = poses()
         copies = [clip.copy() for clip in clips]
-        found = normalization(clips)
-        found.normalize(clips[0])[...] = 0
+        fitted = normalization(clips)
+        fitted.normalize(clips[0])[...] = 0
         assert all(np.array_equal(a, b) for a, b in zip(clips, copies, strict=True))
         with pytest.raises(ValueError, match="read-only"):
-            found.mean[0] = 0
+            fitted.mean[0] = 0
         with pytest.raises(dataclasses.FrozenInstanceError):
-            found.columns = ()
+            fitted.columns = ()
 
     @pytest.mark.parametrize(
         ("error", "clips", "message"),
@@ -368,11 +368,11 @@ class TestHuman36M:
 
         clips = h36m.training_clips(h36m.open_root(h36m_root), [action], subjects=subjects)
         assert len(clips) == 2 * len(subjects)
-        found = normalization(clips.values())
-        assert found.columns == COLUMNS
+        fitted = normalization(clips.values())
+        assert fitted.columns == COLUMNS
         stacked = np.concatenate(list(clips.values())).astype(np.float64)
-        np.testing.assert_allclose(found.mean, stacked.mean(axis=0), rtol=1e-9, atol=1e-12)
-        np.testing.assert_allclose(found.std[list(COLUMNS)], stacked.std(axis=0)[list(COLUMNS)], rtol=1e-9)
+        np.testing.assert_allclose(fitted.mean, stacked.mean(axis=0), rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(fitted.std[list(COLUMNS)], stacked.std(axis=0)[list(COLUMNS)], rtol=1e-9)
 
     @pytest.mark.parametrize("action", KNOWN)
     def test_lengths(self, h36m_root, action):

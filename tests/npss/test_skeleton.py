@@ -1,4 +1,4 @@
-"""Forward kinematics: oracles written from the files' own row vectors, anatomy on real motion, bad input."""
+"""Forward kinematics: oracles with the row vectors of the files, anatomy of real motion, bad input."""
 
 import dataclasses
 import json
@@ -24,7 +24,7 @@ def random_poses(*leading, seed=0):
 
 
 def row_vector_oracle(pose, facing, place):
-    """Positions of one pose, joint by joint, as the description of the files composes them."""
+    """Return the positions of a pose, joint by joint, following the description of the files."""
     turned, position = [], []
     for j, parent in enumerate(H36M.parents):
         if parent == -1:
@@ -38,7 +38,7 @@ def row_vector_oracle(pose, facing, place):
 
 
 def path_oracle(poses):
-    """Positions of a sequence, of which displacements and turns are accumulated, by row vectors."""
+    """Return the positions of a sequence with accumulated displacements and turns, with row vectors."""
     facing, place, positions = np.eye(3), np.zeros(3), []
     for t, pose in enumerate(poses):
         if t > 0:
@@ -134,7 +134,7 @@ def test_any_tree_against_a_walk_up_to_the_root(bones_change, parents, seed):
             point, j = np.zeros(3), joint
             while parents[j] >= 0:
                 point, j = rotations[t, parents[j]] @ (offsets[t, j] + point), parents[j]
-            # From the joint upwards each frame turns what hangs on it: the other way round than the library.
+            # From the joint up to the root, in the opposite order of the library.
             np.testing.assert_allclose(got[t, joint], root[t] + point, rtol=0, atol=1e-12)
 
 
@@ -149,7 +149,7 @@ def test_the_root_is_at_its_offset_by_default():
 
 @pytest.mark.numeric
 def test_bones_that_change():
-    """Offsets of every frame are taken in place of the skeleton's, that of the root among them."""
+    """Offsets of every frame replace the skeleton's, including that of the root."""
     skeleton = Skeleton(["a", "b"], [-1, 0], [[1, 2, 3], [4, 0, 0]])
     straight = np.tile(np.eye(3), (2, 2, 1, 1))
     offsets = [[[0, 0, 0], [4, 0, 0]], [[1, 0, 0], [5, 0, 1]]]
@@ -184,7 +184,7 @@ def test_bones_and_sides():
     assert H36M.sides.count("left") == H36M.sides.count("right") == 13
     across = H36M.offsets[:, 0]
     assert all(across[j] > 0 for j, side in enumerate(H36M.sides) if side == "left" and across[j])
-    assert Skeleton(["root", "tip"], [-1, 0], np.ones((2, 3))).bones == ((1, 0),)  # the root hangs on no bone
+    assert Skeleton(["root", "tip"], [-1, 0], np.ones((2, 3))).bones == ((1, 0),)  # the root has no bone
     names = ["LHipJoint", "LowerBack", "LeftFoot", "r_foot", "RThumb", "Rib", "rightHand", "L"]
     skeleton = Skeleton(names, [-1] + [0] * 7, np.ones((8, 3)))
     assert skeleton.sides == ("left", "centre", "left", "right", "right", "centre", "right", "centre")
@@ -198,7 +198,7 @@ def test_names_of_features_are_those_of_columns():
     )
     for joint, column in ((2, 9), (17, 54), (31, 98 - 2)):
         assert FEATURE_NAMES[column] == f"{H36M.names[joint]}.x"
-    # A turn in a joint's columns moves that joint's descendants, and shows in the same columns of Euler angles.
+    # A rotation in a joint's columns moves its descendants, and appears in the same columns of Euler angles.
     for name, moves in (("LeftLeg", "LeftFoot"), ("RightArm", "RightForeArm"), ("Neck", "Head")):
         pose = np.zeros(99)
         column = FEATURE_NAMES.index(f"{name}.x")
@@ -303,7 +303,7 @@ def walking(h36m_root):
 
 
 def ahead_of_line(positions, joint, above, below):
-    """How far, in mm, a joint is ahead of the line between two others."""
+    """Return how far, in mm, a joint is ahead of the line between two others."""
     line = positions[:, JOINT[below]] - positions[:, JOINT[above]]
     bow = positions[:, JOINT[joint]] - positions[:, JOINT[above]]
     return bow[:, 2] - line[:, 2] * bow[:, 1] / line[:, 1]

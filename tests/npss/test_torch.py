@@ -1,4 +1,4 @@
-"""The torch function and the metric of torchmetrics: the same numbers as `npss.score`, and gradients that are right."""
+"""The torch function and the metric of torchmetrics: the same numbers as `npss.score`, and correct gradients."""
 
 import copy
 import itertools
@@ -95,7 +95,7 @@ def test_range(dtype, scale, name):
     gt[..., 1] *= 1e-3
     expected = npss.score(gt, pred, convention=name)
     for scales in ((scale, 1.0), (1.0, scale), (scale, scale)):
-        # numpy's float64 scales first, so that no tensor overflows on its way
+        # scaled in numpy's float64 first, so that no tensor overflows
         gradients = [
             torch.tensor(m * s, dtype=dtype, requires_grad=True) for m, s in zip((gt, pred), scales, strict=True)
         ]
@@ -128,7 +128,7 @@ def test_on_a_gpu(dtype, name):
         assert value.item() == pytest.approx(npss.score(gt, pred, convention=name), rel=1e-4)
         value.backward()
     for cpu, cuda in zip(*both, strict=True):
-        # in the mean: a cumulative difference of almost zero may have either sign, hence either slope
+        # on average: a cumulative difference near zero may have either sign, and so either slope
         assert (cuda.grad.cpu() - cpu.grad).norm() < 1e-3 * cpu.grad.norm()
     with pytest.raises(ValueError, match=r"^pred: on cuda:0, but gt is on cpu"):
         npss.torch.score(both[0][0], both[1][1])
@@ -191,7 +191,7 @@ def test_inputs_are_not_written_to(motion):
     assert all(torch.equal(m, b) for m, b in zip(motion, before, strict=True))
 
 
-# --- what is refused --------------------------------------------------------------------------------------------------
+# --- invalid input ----------------------------------------------------------------------------------------------------
 
 GOOD = torch.ones(2, 4, 3)
 REFUSED = {
@@ -240,7 +240,7 @@ def test_values_that_are_not_finite(name, value):
         npss.torch.score(bad.requires_grad_(), GOOD, convention=name)
     with pytest.raises(ValueError, match=rf"^pred: {value} at index \(2, 0\); every value must be finite"):
         npss.torch.score(GOOD[1], bad[1], convention=name)
-    with pytest.raises(ValueError, match=r"^pred: "):  # beside a ground truth without power, too
+    with pytest.raises(ValueError, match=r"^pred: "):  # even with a ground truth without power
         npss.torch.score(torch.cat([GOOD, 0 * GOOD]), torch.cat([GOOD, bad]), convention=name)
 
 
@@ -251,7 +251,7 @@ HALVES = (torch.float16, torch.bfloat16)
 @pytest.mark.parametrize("gt_dtype", [torch.float64, torch.float32, *HALVES])
 @pytest.mark.parametrize("pred_dtype", [torch.float64, torch.float32, *HALVES])
 def test_half_and_mixed_precision_are_computed_in_single_precision_at_least(gt_dtype, pred_dtype, name):
-    """What a network gives under bf16-mixed, beside a ground truth in single precision: its values, scored exactly."""
+    """The output of a network under bf16-mixed, with a ground truth in single precision, is scored exactly."""
     gt, pred = (motion.to(dtype) for motion, dtype in zip(tensors(noise()), (gt_dtype, pred_dtype), strict=True))
     pred.requires_grad_()
     double = torch.float64 in (gt_dtype, pred_dtype)
@@ -259,7 +259,7 @@ def test_half_and_mixed_precision_are_computed_in_single_precision_at_least(gt_d
     assert value.dtype == (torch.float64 if double else torch.float32)
     expected = npss.score(gt.double(), pred.detach().double(), convention=name)
     assert value.item() == pytest.approx(expected, rel=1e-10 if double else 1e-4)
-    assert npss.score(gt, pred.detach(), convention=name) == expected  # as it does of tensors, bfloat16 included
+    assert npss.score(gt, pred.detach(), convention=name) == expected  # for tensors, too, including bfloat16
     value.backward()
     assert pred.grad.dtype == pred_dtype
     assert pred.grad.isfinite().all()
@@ -406,7 +406,7 @@ def test_reset(make):
     gt, pred = tensors(noise())
     metric = filled(make(convention="released"), gt, 0 * pred)
     metric.reset()
-    filled(metric, gt[:, :5], pred[:, :5])  # of another number of frames
+    filled(metric, gt[:, :5], pred[:, :5])  # with another number of frames
     assert metric.compute().item() == pytest.approx(npss.score(gt[:, :5], pred[:, :5], convention="released"))
 
 
@@ -455,7 +455,7 @@ def test_pickling_and_state(make):
     again = pickle.loads(pickle.dumps(metric))
     assert again.compute() == metric.compute()
     assert again.convention == npss.CONVENTIONS["released"]
-    assert not metric.state_dict()  # as everywhere in torchmetrics, unless it is asked for
+    assert not metric.state_dict()  # the default of torchmetrics
     metric.persistent(True)
     loaded = make(convention="released")
     loaded.load_state_dict(metric.state_dict(), strict=False)
@@ -521,7 +521,7 @@ def test_values_that_are_not_finite_raise_or_propagate(make, bad, argument, dtyp
     assert tolerant.compute().item() == expected
     assert tolerant(**broken).isnan()
     for _ in range(2):
-        tolerant.update(pred, gt)  # and nothing that comes later makes it a number again
+        tolerant.update(pred, gt)  # later batches do not make it a number again
         assert tolerant.compute().isnan()
     merged = filled(make(nan_policy="propagate"), gt, pred)
     merged.merge_state(tolerant)
@@ -566,9 +566,9 @@ def test_an_error_in_forward_changes_nothing(make, options):
     assert metric.compute().item() == pytest.approx(npss.score(gt, pred), rel=1e-12)
 
 
-@pytest.mark.filterwarnings("ignore")  # of lightning about torch, and about what a loop this small lacks
+@pytest.mark.filterwarnings("ignore")  # lightning warns about torch, and about such a small loop
 def test_lightning_in_mixed_precision(make, tmp_path):
-    """A network whose output is bfloat16, with the score as its loss and the metric beside it."""
+    """A network with bfloat16 output, the score as loss, and the metric."""
     lightning = pytest.importorskip("lightning")
     dtypes = set()
 

@@ -61,7 +61,7 @@ def test_the_first_bad_value_is_named(function, bad, index, motion):
     for which, name in enumerate(("gt", "pred")):
         both = [array.copy() for array in motion]
         both[which][index] = bad
-        both[which][1, 1, 2] = bad  # a later one in each case, or the same
+        both[which][1, 1, 2] = bad  # later, or the same
         place = str(index).replace("(", r"\(").replace(")", r"\)")
         with pytest.raises(ValueError, match=rf"^{name}: {bad} at index {place}"):
             function(*both)

@@ -1,4 +1,4 @@
-"""The Euler error and the true mean of squares."""
+"""The Euler error and the mean squared error."""
 
 import math
 from fractions import Fraction
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.numeric
 @given(pair=pairs())
 def test_equals_the_definition(columns, pair):
     gt, pred = pair
-    gt = gt + np.cumsum(np.ones_like(gt), axis=1)  # something always moves
+    gt = gt + np.cumsum(np.ones_like(gt), axis=1)  # every feature moves
     curve = npss.euler_error_curve(gt, pred, columns=columns)
     np.testing.assert_allclose(curve, oracles.euler_curve(gt, pred, columns), rtol=1e-12, atol=1e-12)
     at = npss.euler_error(gt, pred, fps=10, at_ms=(100, 200), columns=columns)
@@ -72,7 +72,7 @@ def shapes(n_frames):
 
 
 def compared(gt, pred, columns):
-    """Return which features count in the Euler error, ``(N, D)``; feature d of `pred` is off by ``2**d``."""
+    """Return the mask of features in the Euler error, ``(N, D)``; feature d of `pred` differs by ``2**d``."""
     n_features = gt.shape[-1]
     rows = []
     for x, y in zip(gt, pred, strict=True):
@@ -81,7 +81,7 @@ def compared(gt, pred, columns):
     return rows
 
 
-# Not only by the range: these are the features whose standard deviation itself has to be looked at.
+# Features whose range does not decide, only the standard deviation.
 @pytest.mark.parametrize("columns", ["gt", "pred"])
 @pytest.mark.parametrize("n_frames", [4, 7, 25, 100])
 @pytest.mark.parametrize("offset", [0.0, -2.0])
@@ -91,12 +91,12 @@ def test_moving_features_by_standard_deviation(columns, n_frames, offset, std, c
     spans = np.ptp(borderline, axis=0)
     if std > 0.9e-4:
         assert ((spans > 1e-4) & (spans < 1.415e-4 * np.sqrt(n_frames))).all()
-    n_features = borderline.shape[1] + 1  # and one that moves for certain
+    n_features = borderline.shape[1] + 1  # and one that clearly moves
     moving = np.column_stack([borderline, np.arange(n_frames)])[np.newaxis]
     other = moving + 2.0 ** np.arange(n_features)
     if columns == "pred":
         gt, pred = np.array(other), moving
-        gt[:, 1:, :-1] += np.arange(1, n_frames)[:, np.newaxis]  # the ground truth moves: it is not asked
+        gt[:, 1:, :-1] += np.arange(1, n_frames)[:, np.newaxis]  # the ground truth moves, and is not used
     else:
         gt, pred = moving, np.array(other)
         pred[:, 1:] += np.arange(1, n_frames)[:, np.newaxis]
@@ -125,7 +125,7 @@ def test_a_nearly_still_ground_truth_is_an_error(std):
     assert npss.euler_error_curve(gt, gt + 1, columns="pred").tolist() == [0.0] * 100
 
 
-# Of `golden_pair`: means of norms as tests/helpers/oracles.py gives them, written down once.
+# Means of norms of `golden_pair`, computed once with tests/helpers/oracles.py.
 GOLDEN = {
     "euler_error|version:1|frames:12|fps:25|average:at|columns:gt": {80: 6.75, 480: 8.340353225079447},
     "euler_error|version:1|frames:12|fps:25|average:at|columns:pred": {80: 5.25, 480: 9.824578945360631},
@@ -137,7 +137,7 @@ GOLDEN = {
 
 
 def golden_pair():
-    """Two sequences of three features; one of the ground truth and one of the prediction does not move."""
+    """Two sequences of three features; one feature of the ground truth and one of the prediction is still."""
     t = np.arange(12)[:, np.newaxis]
     gt = np.hstack([1 + t % 4, (t * t) % 7, t - 5.5])
     pred = np.hstack([1 + t % 3, (t * t) % 5, 5.5 - t])
@@ -149,8 +149,8 @@ def golden_pair():
 @pytest.mark.parametrize("signature", GOLDEN)
 def test_golden_values(signature):
     gt, pred = golden_pair()
-    stated = npss.parse_signature(signature)
-    average, columns = stated["average"], stated["columns"]
+    values = npss.parse_signature(signature)
+    average, columns = values["average"], values["columns"]
     context = {"frames": gt.shape[1], "fps": 25, "average": average, "columns": columns}
     assert npss.signature(None, metric="euler_error", **context) == signature
     errors = npss.euler_error(gt, pred, fps=25, at_ms=(80, 480), columns=columns, average=average)
@@ -167,7 +167,7 @@ def test_golden_value_of_the_mean_of_squares():
     ]
     assert sum(squares) / len(squares) == Fraction(139, 9)
     assert npss.signature(None, metric="mse", frames=12) == "mse|version:1|frames:12"
-    assert npss.mse(gt, pred) == 139 / 9  # of whole numbers and halves: rounded once
+    assert npss.mse(gt, pred) == 139 / 9  # sums of integers and halves: rounded once
 
 
 @pytest.mark.parametrize(
@@ -235,7 +235,7 @@ def test_mse_of_huge_and_tiny_values(scale, expected):
 
 
 def test_mse_of_squares_below_the_smallest_number():
-    """Squares of .4 and 1.4 of the smallest float64, rounded to none and one of it, would have a mean of none."""
+    """Squares of 0.4 and 1.4 times the smallest float64 would round to 0 and 1 of it, with a mean of 0."""
     least = 5e-324
     small, large = (math.sqrt(part) * math.sqrt(least) for part in (0.4, 1.4))
     assert (small * small, large * large) == (0, least)
@@ -270,8 +270,8 @@ def test_still_sequences_are_dropped_unless_all_are_still(still):
     moving, pred = np.random.default_rng(0).normal(size=(2, 3, 6, 2))
     gt = np.where(np.array(still, bool)[:, np.newaxis, np.newaxis], moving[:, :1], moving)
     kept = np.arange(3) if all(still) else np.flatnonzero(np.array(still) == 0)
-    truth, prediction, found = moving_pair(gt, pred)
-    assert found.tolist() == [bool(one) for one in still]
+    truth, prediction, mask = moving_pair(gt, pred)
+    assert mask.tolist() == [bool(value) for value in still]
     assert np.array_equal(truth, gt[kept])
     assert np.array_equal(prediction, pred[kept])
     one, _, alone = moving_pair(gt[1], pred[1])

@@ -1,4 +1,4 @@
-"""Times and frames, through the public functions that take times: what is a frame, and what errors name instead."""
+"""Times and frames, through the public functions that take times."""
 
 import re
 
@@ -33,7 +33,7 @@ HUGE = [10**400, -(10**400), 10**309]  # whole numbers beyond any float
 
 
 def nearest(message):
-    """Return the times that an error names."""
+    """Return the times named by an error."""
     (times,) = re.search(r"nearest: (.*) ms$", message).groups()
     return [float(time) for time in times.split(" and ")]
 
@@ -61,14 +61,14 @@ def test_a_finite_time_of_more_frames_than_floats_hold(function, name):
 @pytest.mark.parametrize(
     ("function", "time", "expected"),
     [
-        # Below the first: of a prediction it is one frame after the seed, of a window the beginning.
+        # Below the first: one frame after the seed for a prediction, the beginning for a window.
         (frames, 0, [40]),
         (frames, -1e300, [40]),
         (error_at, 0, [40]),
         (error_at, -80, [40]),
         (window_from, -40, [0]),
         (window_from, -(10**300), [0]),
-        # Beyond the last: that of the motion, or, where there is none, the last whole number that floats hold.
+        # Beyond the last: that of the motion, or the last integer that floats hold exactly.
         (error_at, 4040, [4000]),
         (error_at, 10**300, [4000]),
         (window_to, 4040, [4000]),
@@ -104,7 +104,7 @@ def test_edges_on_the_first_and_the_last_frame():
         (frames, 1, [40]),  # there is no frame 0
         (frames, -1, [40]),
         (frames, -100, [40]),
-        (frames, 4010, [4000, 4040]),  # no last frame is known
+        (frames, 4010, [4000, 4040]),  # without a last frame
         (error_at, 100, [80, 120]),
         (error_at, 1, [40]),
         (error_at, 3999, [3960, 4000]),

@@ -22,7 +22,7 @@ FRAMES = [*range(2, 41), 64, 97, 100, 101, 127, 128, *range(255, 261), 400, 401,
 
 @pytest.fixture(params=["matrices", "FFT"])
 def way(request, monkeypatch):
-    """Both ways to transform, whatever T."""
+    """Force each of the two transforms, for any T."""
     if request.param == "FFT":
         monkeypatch.setattr(_power, "_matrices", lambda n_frames, twins: None)
     else:
@@ -30,7 +30,7 @@ def way(request, monkeypatch):
 
 
 def motions(seed, *shape):
-    """Two random walks with offsets, features of unlike size."""
+    """Two random walks with offsets, with features of different scales."""
     rng = np.random.default_rng(seed)
     walks = rng.normal(size=(2, *shape)).cumsum(axis=2) + rng.normal(size=(2, shape[0], 1, shape[2]))
     return walks * 10.0 ** rng.uniform(-3, 3, (2, shape[0], 1, shape[2]))
@@ -50,7 +50,7 @@ def statistics(gt, pred, convention):
 
 
 def slow_column(x, y, convention):
-    """Distance and weight of one column, over all the bins of the two-sided spectrum."""
+    """Distance and weight of one column, over all bins of the two-sided spectrum."""
     shares = []
     for column in (y, x):
         transform = np.fft.fft(column)
@@ -74,7 +74,7 @@ def slow(gt, pred, convention):
 
 
 def rounding(n_frames):
-    """How far two computations of one distance may be apart.
+    """The tolerance between two computations of a distance.
 
     A value of a cumulative distribution is a sum of up to T rounded shares, whose errors add up to about sqrt(T) times
     the unit roundoff; transform, square and division add some more. Two distributions, T bins, two computations.
@@ -197,7 +197,7 @@ def test_no_magnitude_is_out_of_range(size, n_frames):
 @pytest.mark.numeric
 @pytest.mark.parametrize("n_frames", [6, 100, 300])
 def test_power_that_cancels_up_to_a_tiny_remainder(n_frames):
-    """An odd signal has no real power; what little there is besides is found, however small beside the signal."""
+    """An odd signal has no real power; the power of a tiny even remainder is found."""
     tiny = 1e-200
     odd = np.arange(1.0, n_frames) - n_frames / 2
     gt = np.concatenate([[tiny], odd])[:, np.newaxis]
@@ -301,7 +301,7 @@ def test_sizes_of_blocks_and_pieces(monkeypatch):
     calls, original = [], _kernel._spectra
     monkeypatch.setattr(_kernel, "_spectra", spectra)
     statistics(*motions(0, 30, 100, 99), Convention())
-    assert len(calls) == 2 * 3  # 10 sequences are 2**18 values with all that is computed of them
+    assert len(calls) == 2 * 3  # 10 sequences are 2**18 values, including intermediate ones
 
 
 def test_smooth_numbers():
@@ -310,7 +310,7 @@ def test_smooth_numbers():
 
 @pytest.mark.parametrize("shape", [(2000, 100, 99), (2000, 25, 99), (400, 400, 99), (20, 40, 99 * 100)])
 def test_memory_does_not_grow_with_the_input(shape):
-    gt = np.broadcast_to(motions(0, 1, *shape[1:])[0], shape)  # many sequences that take no memory
+    gt = np.broadcast_to(motions(0, 1, *shape[1:])[0], shape)  # many sequences without memory
     pred = np.broadcast_to(motions(1, 1, *shape[1:])[0], shape)
     npss.score(gt[:1], pred[:1])
     for convention in ("paper", "released"):

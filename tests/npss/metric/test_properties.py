@@ -1,7 +1,7 @@
-"""Every metric against every property, those that it has and those that it has not.
+"""Every metric against every property, with or without it.
 
-A property is a check that raises AssertionError. A metric that is said to have it passes on whatever hypothesis finds;
-one that is said not to have it fails on at least one example. So each check is itself tested: something fails it.
+A property is a check that raises AssertionError. A metric with the property passes on all examples of hypothesis; a
+metric without it fails on at least one example. So the checks are tested, too: each fails for some metric.
 """
 
 from dataclasses import dataclass
@@ -159,7 +159,7 @@ def _npss(convention):
 
 
 def _windows(convention):
-    """The sum of the scores of both halves; of the whole where a half has a single frame."""
+    """The sum of the scores of both halves, or the score of the whole if a half has a single frame."""
 
     def metric(gt, pred):
         n_frames = gt.shape[1]
@@ -191,7 +191,7 @@ METRICS = {metric.name: metric for metric in (
     Metric("released", _npss("released"), _ALL_NPSS),
     Metric(
         "literal", _npss("literal"),
-        # Half of the frames is no bound of an L1 distance, which can be 2 at T = 2 or 3.
+        # Half of the frames does not bound an L1 distance, which can be 2 at T = 2 or 3.
         (_ALL_NPSS | _SHIFTS) - {"at_most_half_of_the_frames_but_for_zeros"}
         | {"at_most_two", "symmetric_where_all_have_power", "zero_is_a_constant_prediction",
            "ground_truth_scale_per_feature"},
@@ -207,7 +207,7 @@ METRICS = {metric.name: metric for metric in (
         | {"at_most_half_of_the_frames", "zero_is_a_constant_prediction", "ground_truth_scale_per_feature",
            "symmetric_where_all_have_power"},
     ),
-    # What is shifted or reversed moves from window to window. The bound of the sum is the sum of the bounds.
+    # Shifts and reversals move motion between windows. The bound of the sum is the sum of the bounds.
     Metric(
         "windows, paper", _windows("paper"),
         _ALL_NPSS - {"index_reversal"} | {"at_most_half_of_the_frames", "zero_is_a_constant_prediction"},
@@ -232,7 +232,7 @@ METRICS = {metric.name: metric for metric in (
     ),
 )}  # fmt: skip
 
-# Not metrics of this library: each breaks a property that all of the library's have.
+# Mutants: each breaks a property that all metrics of the library have.
 MUTANTS = (
     Metric("not zero", lambda gt, pred: npss.score(gt, pred) + 1, frozenset()),
     Metric("negative", lambda gt, pred: -npss.score(gt, pred), frozenset()),
@@ -337,7 +337,7 @@ def test_bitwise_invariances(name, huge, shape):
     for times in (2, 3):
         assert score(np.tile(gt, (times, 1, 1)), np.tile(pred, (times, 1, 1))) == expected
     still, any_prediction = np.zeros((*shape[:2], 2)), rng.normal(size=(*shape[:2], 2))
-    for axis_end in (slice(None), slice(None, None, -1)):  # appended, and put in front
+    for axis_end in (slice(None), slice(None, None, -1)):  # appended, and prepended
         first, second = ([x, y][axis_end] for x, y in ((gt, still), (pred, any_prediction)))
         assert score(np.concatenate(first, axis=2), np.concatenate(second, axis=2)) == expected
 

@@ -30,7 +30,7 @@ def test_two_axes_are_one_sequence(name, pair):
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        # One bin of two-sided power moved by one: d = 1/2 in each of the bins that lie between, on both sides.
+        # Two-sided power moved by one bin: d = 1/2 in each of the bins between, on both sides.
         ({"power": "magnitude"}, 1.0),
         ({"bins": "one-sided"}, 1.0),
         ({"distance": "spectrum"}, 2.0),
@@ -78,15 +78,15 @@ def golden_pair():
 @pytest.mark.parametrize("signature", GOLDEN)
 def test_golden_values(signature):
     gt, pred = golden_pair()
-    stated = npss.parse_signature(signature)
-    assert npss.signature(stated["convention"], frames=gt.shape[1]) == signature
-    score = npss.score(gt, pred, convention=stated["convention"])
+    values = npss.parse_signature(signature)
+    assert npss.signature(values["convention"], frames=gt.shape[1]) == signature
+    score = npss.score(gt, pred, convention=values["convention"])
     assert score == pytest.approx(GOLDEN[signature], rel=1e-13)
-    assert score == pytest.approx(oracles.npss(gt, pred, stated["convention"]), rel=1e-12)
+    assert score == pytest.approx(oracles.npss(gt, pred, values["convention"]), rel=1e-12)
 
 
-# Of `golden_pair` and of the same with another prediction, a constant ground truth and a prediction of zeros: what
-# tests/helpers/oracles.py gives for the frames 0 to 2, 3 to 5 and 6 to 11 alone, written down once.
+# Scores of `golden_pair` and of variants with another prediction, a constant ground truth and a prediction of zeros, on
+# frames 0 to 2, 3 to 5 and 6 to 11; computed once with tests/helpers/oracles.py.
 GOLDEN_WINDOWS = {
     "npss|version:1|convention:paper|frames:12|fps:3|window:0-1": 0.02140068156302469,
     "npss|version:1|convention:paper|frames:12|fps:3|window:1-2": 0.3829341428201235,

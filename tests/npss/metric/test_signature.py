@@ -1,4 +1,4 @@
-"""Signatures: written, read back, equal where the values are equal and different where they differ."""
+"""Signatures: written, parsed, and equal if and only if their values are equal."""
 
 import re
 from pathlib import Path
@@ -27,7 +27,7 @@ EXTRAS = st.dictionaries(NAMES, VALUES, max_size=5)
 
 
 def values_of(field):
-    """What a known field may hold."""
+    """Valid values of a known field."""
     of_kind = {
         "text": st.text(max_size=12),
         "one of": st.sampled_from([*field.means, ""][: len(field.means)]),
@@ -79,7 +79,7 @@ def test_does_not_depend_on_the_order_of_keywords(context, extra, seed):
 
 @given(context=CONTEXTS, extra=EXTRAS)
 def test_the_order_in_which_fields_are_printed(context, extra):
-    """The usual ones in the order of the table, all others by their names, known or not: as ever."""
+    """The first ones in the order of the table, all others, known or not, by name."""
     parts = npss.signature(extra=extra, **context).split("|")[3:]
     names = [part.partition(":")[0] for part in parts]
     others = [name for name in names if name not in FIRST]
@@ -264,7 +264,7 @@ class TestUnknownNames:
 
 
 class TestNames:
-    """The faults: an option that was misspelt changed the signature, and not the score."""
+    """A misspelt option must not change the signature instead of the score."""
 
     @pytest.mark.parametrize("call", ["report", "compare", "spectra", "signature"])
     def test_a_misspelt_convention(self, call):
@@ -315,7 +315,7 @@ class TestNames:
 
     def test_values_are_checked_before_the_computation(self):
         with pytest.raises(ValueError, match="unwrap: expected one of"):
-            npss.report(np.zeros((2, 5, 1)), np.zeros((2, 5, 1)), unwrap="no")  # which has no score
+            npss.report(np.zeros((2, 5, 1)), np.zeros((2, 5, 1)), unwrap="no")  # would have no score
 
     def test_unknown_fields_of_records_are_compared_as_text(self):
         one, other = (
@@ -420,8 +420,8 @@ class TestExplain:
         ("protocol", "where"), [("srnn-8", "one frame later (srnn-8-late)."), ("srnn-8-late", "here.")]
     )
     def test_evidence(self, protocol, where):
-        stated = PUBLISHED | {"protocol": protocol, "columns": "gt", "average": "at"}
-        text = npss.explain(npss.signature(("paper", "released"), metric="npss+euler_error", **stated))
+        fields = PUBLISHED | {"protocol": protocol, "columns": "gt", "average": "at"}
+        text = npss.explain(npss.signature(("paper", "released"), metric="npss+euler_error", **fields))
         evidence = "strong evidence, not fact: the first frame behind the paper's rows is unknown; its code cuts"
         assert f"comparable with tables 4 and 5 of the NPSS paper (Human3.6M): {evidence} {where}\n" in text
         assert f"Euler error: comparable with tables 6 and 7 of the NPSS paper (Human3.6M): {evidence} " in text
@@ -446,25 +446,25 @@ class TestExplain:
         assert f"may or may not be comparable with {table}; not stated: representation, fps, protocol, unwrap." in text
 
     def test_lafan1(self):
-        stated = {
+        fields = {
             "representation": "global-quaternions",
             "fps": 30,
             "frames": 45,
             "protocol": "lafan1",
             "unwrap": "off",
         }
-        text = npss.explain(npss.signature("released", quaternions="continuous", **stated))
+        text = npss.explain(npss.signature("released", quaternions="continuous", **fields))
         assert "NPSS: comparable with the LaFAN1 in-betweening tables: fact: the benchmark's" in text
         assert "strong evidence" not in text
         assert "signs of quaternions: nearest to the frame before" in text
 
     @pytest.mark.parametrize("representation", ["global-quaternions", "quaternions", "quaternion"])
     def test_quaternions_without_a_rule_for_signs_are_not_comparable_with_lafan1(self, representation):
-        stated = {"representation": representation, "fps": 30, "frames": 45, "protocol": "lafan1", "unwrap": "off"}
-        text = npss.explain(npss.signature("released", **stated))
+        fields = {"representation": representation, "fps": 30, "frames": 45, "protocol": "lafan1", "unwrap": "off"}
+        text = npss.explain(npss.signature("released", **fields))
         assert "NPSS: comparable" not in text
         assert "not comparable" in text or "LaFAN1 in-betweening tables; not stated: quaternions" in text
-        text = npss.explain(npss.signature("released", **stated, quaternions="w>=0"))
+        text = npss.explain(npss.signature("released", **fields, quaternions="w>=0"))
         assert "quaternions must be continuous, not w>=0" in text
 
     def test_continuous_angles_differ_from_the_paper(self):

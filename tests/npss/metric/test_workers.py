@@ -1,4 +1,4 @@
-"""Threads: the same bits, the same errors, and only as many as were asked for."""
+"""Threads: the same bits, the same errors, and the requested number."""
 
 import concurrent.futures
 import os
@@ -15,7 +15,7 @@ from strategies import pairs
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    """Blocks so small that a test has many."""
+    """Make blocks small, so that tests have many."""
     monkeypatch.setattr(_kernel, "_BLOCK", 1)
     monkeypatch.setattr(_kernel, "_BLOCK_COLUMNS", 1)
 
@@ -46,9 +46,9 @@ def test_no_thread_is_started_by_default(small_blocks, monkeypatch):
 def test_progress_is_reported_after_every_block(small_blocks, workers):
     gt, pred = np.random.default_rng(0).normal(size=(2, 2, 30, 24))
     assert len(_kernel.blocks(gt)) == 2 * 24
-    told = []
-    weighted_sums(gt, pred, npss.Convention(), workers=workers, progress=told.append)
-    assert told == [done / 48 for done in range(1, 49)]
+    shares = []
+    weighted_sums(gt, pred, npss.Convention(), workers=workers, progress=shares.append)
+    assert shares == [done / 48 for done in range(1, 49)]
 
 
 @given(pair=pairs(max_n=6))

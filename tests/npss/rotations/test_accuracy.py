@@ -1,4 +1,4 @@
-"""Accuracy against fifty digits, as statistics of the error in units of the machine epsilon."""
+"""Accuracy against fifty digits: statistics of the error in units of the machine epsilon."""
 
 import mpmath as mp
 import numpy as np
@@ -100,7 +100,7 @@ def test_single_precision_against_double():
 
 @both_precisions
 def test_smallest_vectors(dtype):
-    """To first order the angles are the components, the matrix is 1 + [v], whatever the scale."""
+    """To first order the angles are the components and the matrix is 1 + [v], at any scale."""
     smallest = np.finfo(dtype).smallest_subnormal
     v = np.array([[1, 0, 0], [0, -1, 0], [0, 0, 3], [1, 2, -3], [2, 0, 0], [0, 0, 0]]) * float(smallest)
     for scale in (1, 2.0**10, 2.0**60):
@@ -112,7 +112,7 @@ def test_smallest_vectors(dtype):
 
 @pytest.mark.parametrize("angle", [1e3, 1e6, 1e9, 1e12, 1e15, 4.5e15])
 def test_large_angles_about_an_axis(angle):
-    """The length is exact here, and so the rotation is right to the last digits."""
+    """The length is exact here, so the rotation is exact to the last digits."""
     for axis in range(3):
         v = np.zeros(3)
         v[axis] = angle
@@ -123,7 +123,7 @@ def test_large_angles_about_an_axis(angle):
 
 @pytest.mark.parametrize("size", [50.0, 1e3, 1e6])
 def test_large_angles_about_any_axis(size):
-    """The error is that of the rounding of the length: half an epsilon of the angle or so."""
+    """The error comes from rounding the length: about half an epsilon of the angle."""
     v = turns("up to pi") / np.pi * size
     error = np.abs(expmap_to_matrix(v) - to_numpy([exact_matrix(row) for row in v])).max((1, 2))
     check(error / size, np.finfo(float).eps, mean=0.5, p95=1, worst=2)
@@ -149,7 +149,7 @@ def test_large_euler_angles(size):
 
 @both_precisions
 def test_logarithm(dtype):
-    """Back from the matrix; near half a turn the direction is only known up to its sign."""
+    """From the matrix; near half a turn the direction is only determined up to its sign."""
     eps = np.finfo(dtype).eps
     for kind in ("up to pi", "near 0"):
         v = turns(kind).astype(dtype)
@@ -162,7 +162,7 @@ def test_logarithm(dtype):
 
 @pytest.mark.parametrize("kind", ["up to pi", "near 0", "near pi"])
 def test_geodesic_angle(kind):
-    """Absolute precision near 0 and near pi, where the arc cosine of the trace has half the digits."""
+    """Absolute precision near 0 and near pi, where the arc cosine of the trace loses half the digits."""
     v = turns(kind)
     exact = np.array([float(mp.norm(mp.matrix(list(map(float, row))))) for row in v])
     exact = np.minimum(exact, 2 * np.pi - exact)

@@ -1,4 +1,4 @@
-"""Rotations without jumps: the same ones, frame by frame that which goes on."""
+"""Continuous quaternions and Euler angles: equal rotations without jumps between frames."""
 
 from functools import partial
 from itertools import product
@@ -29,7 +29,7 @@ PI = np.pi
 
 
 def loop(q, start=None):
-    """Choose the signs of quaternions (T, 4) as one would by hand."""
+    """Choose the signs of quaternions (T, 4) with a loop."""
     out = []
     for row in q:
         before = out[-1] if out else start
@@ -38,7 +38,7 @@ def loop(q, start=None):
 
 
 def turning():
-    """Return exponential maps (1, 60, 1, 3) that pass half a turn and back, thirty frames a second."""
+    """Return exponential maps (1, 60, 1, 3) that pass half a turn and return, at 30 frames per second."""
     t = np.arange(60) / 30
     v = np.stack([2.6 + 0.8 * np.sin(2 * PI * t), 0.6 * np.cos(2 * PI * t), 0.3 * t], axis=1)
     return v[np.newaxis, :, np.newaxis]
@@ -48,8 +48,8 @@ def test_equal_rotations_score_zero():
     q = expmap_to_quaternion(turning())
     by_hand = loop(q[0, :, 0])
     flat = q.reshape(1, 60, 4)
-    assert npss.score(by_hand[np.newaxis], flat, convention="released") > 1  # which is what goes wrong
-    assert "quaternion-sign" in [one.trap for one in npss.diagnose(by_hand[np.newaxis], flat)]
+    assert npss.score(by_hand[np.newaxis], flat, convention="released") > 1  # the pitfall
+    assert "quaternion-sign" in [finding.trap for finding in npss.diagnose(by_hand[np.newaxis], flat)]
     mended = continuous(q, axis=1)
     assert np.array_equal(mended[0, :, 0], by_hand)
     assert npss.score(by_hand[np.newaxis], mended.reshape(1, 60, 4), convention="released") == 0
@@ -134,7 +134,7 @@ def same_rotation(a, b, seq):
 
 
 def representations(angles, seq):
-    """Return the triples, (2 * 13**3, 3), that are the same rotation, up to six turns away."""
+    """Return the angles of the same rotation up to six turns away, (2 * 13**3, 3)."""
     a, b, c = angles
     other = [a + PI, -b if is_proper(seq) else PI - b, c + PI]
     turns = 2 * PI * np.array(list(product(range(-6, 7), repeat=3)))
@@ -142,12 +142,12 @@ def representations(angles, seq):
 
 
 def converted(path, seq):
-    """Return the angles (T, 3) as the conversions give them."""
+    """Return the angles (T, 3) that conversions return."""
     return matrix_to_euler(euler_to_matrix(path, seq=seq), seq=seq)
 
 
 def through_the_lock(seq, *, steps=41):
-    """Return a smooth path (steps, 3) whose middle angle swings through gimbal lock, the outer ones standing still.
+    """Return a smooth path (steps, 3) whose middle angle swings through gimbal lock; the outer ones are constant.
 
     In every tenth frame it is at the lock itself, to rounding.
     """
@@ -160,12 +160,12 @@ def through_the_lock(seq, *, steps=41):
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_path_through_gimbal_lock_is_recovered(seq, side):
     path = through_the_lock(seq)
-    path[:, 1] += PI * (side < 0)  # the other of the two places of lock
+    path[:, 1] += PI * (side < 0)  # the other gimbal lock
     got = converted(path, seq)
     assert np.abs(np.diff(npss.unwrap(got), axis=0)).max() > 2.5
     mended = continuous_euler(got, seq=seq, axis=0, start=path[0])
     np.testing.assert_allclose(mended, path, atol=1e-13)
-    # From the first frame on, which is at the lock, it begins elsewhere on the line of equal rotations.
+    # A path whose first frame is at gimbal lock starts elsewhere on the line of equal rotations.
     own = continuous_euler(got, seq=seq, axis=0)
     assert np.array_equal(own[0], got[0])
     assert same_rotation(own, path, seq).max() < 1e-14
@@ -183,7 +183,7 @@ def test_the_nearest_of_all_representations(seq, rows):
         nearest = np.linalg.norm(representations(given_, seq) - near, axis=1).min()
         assert np.linalg.norm(chosen - near) <= nearest + 1e-13
         off = np.sin(given_[1]) if is_proper(seq) else np.cos(given_[1])
-        if abs(off) > 1e-10:  # at the lock, there are more
+        if abs(off) > 1e-10:  # at gimbal lock, there are more
             assert np.linalg.norm(chosen - near) >= nearest - 1e-13
         near = chosen
 
@@ -226,7 +226,7 @@ def test_away_from_gimbal_lock_it_unwraps(seed):
 
 
 def test_a_swing_near_gimbal_lock_is_not_a_jump():
-    """Where the lock is passed at a hundredth of a radian, the outer angles turn by about pi, and have to."""
+    """Passing gimbal lock at a distance of 0.01 rad, the outer angles must swing by about pi."""
     t = np.linspace(-0.3, 0.3, 32)
     path = np.stack([0.01 + 0 * t, PI / 2 + t, 0 * t], axis=1)  # about z by a little, then about y
     angles = matrix_to_euler(euler_to_matrix(path, seq="ZYX"), seq="XYZ")
@@ -285,7 +285,7 @@ def test_refused_angles():
 
 
 def test_human36m(h36m_root):
-    """Both jump in this clip; made continuous they are the same rotations, and what is left are the swings."""
+    """Both jump in this clip. Continuous ones are the same rotations, and only swings remain."""
     poses = h36m.load(h36m.open_root(h36m_root), 5, "walking", 2, fps=25).astype(np.float64)
     q = expmap_to_quaternion(poses[:, 3:].reshape(-1, 32, 3))
     assert ((q[1:] * q[:-1]).sum(axis=-1) < 0).sum() == 1

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.numeric
 
 
 def elementary(letter, angle):
-    """Rotation about an axis of coordinates, by definition."""
+    """Return the rotation about a coordinate axis, by definition."""
     c, s = np.cos(angle), np.sin(angle)
     i = "XYZ".index(letter)
     j, k = (i + 1) % 3, (i + 2) % 3
@@ -123,7 +123,7 @@ def test_at_gimbal_lock_the_third_angle_is_zero(seq, dtype, side):
 
 @pytest.mark.parametrize("seq", LETTERS)
 def test_at_gimbal_lock_against_scipy(seq):
-    """Also there, both give a zero third angle, and the same first one."""
+    """Both give a zero third angle, and the same first one."""
     rng = np.random.default_rng(4)
     angles = rng.uniform(-3, 3, (200, 3))
     angles[:, 1] = np.pi * rng.integers(0, 2, 200) - (0 if is_proper(seq) else np.pi / 2)

@@ -15,7 +15,7 @@ EPSILON = np.finfo(np.float32).eps
 
 
 def released(v):
-    """One rotation at a time, as the released code does it."""
+    """Convert one rotation, as the released code does."""
     angle = np.linalg.norm(v)
     x, y, z = v / (angle + EPSILON)
     K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -39,7 +39,7 @@ def test_against_the_loop(scale):
     got = expmap_to_euler(v, legacy=True)
     error = around(got - expected)
     assert error.mean() < 1e-15 * max(1, scale / 3)
-    # The loop multiplies matrices in an order that depends on the machine: the last bit of R[0, 2] is not its own.
+    # The order of matrix multiplication depends on the machine, and with it the last bit of R[0, 2].
     cosine = np.cos(expected[:, 1:2])
     assert (error[cosine[:, 0] > 0.1] < 1e-14 * max(1, scale / 3)).all()
     assert (error * cosine < 4e-15 * max(1, scale / 3)).all()
@@ -65,7 +65,7 @@ def test_the_flaw_is_usually_small():
 
 
 def test_the_flaw_is_large_near_gimbal_lock():
-    """Where the two differ, the released angles are those of another rotation."""
+    """Where the two differ, the released angles are of another rotation."""
     near = [0.3, np.pi / 2 - 1e-4, -0.4]
     R = euler_to_matrix(near)
     v = matrix_to_expmap(R)
@@ -87,7 +87,7 @@ def locked():
 
 
 def test_special_case(locked):
-    """Kept, although the first angle is wrong there: 0 or pi, whatever the rotation."""
+    """Reproduced, although the first angle is wrong there: 0 or pi for any rotation."""
     for v, expected in ((locked, [0, -np.pi / 2, 0]), (-locked, [np.pi, np.pi / 2, 0])):
         got = expmap_to_euler(v, legacy=True)
         np.testing.assert_allclose(np.abs(got), np.abs(released(v)), rtol=0, atol=4e-15)
@@ -99,7 +99,7 @@ def test_special_case(locked):
 
 @pytest.mark.parametrize("zero", [0.0, -0.0])
 def test_half_turns_have_the_same_sign(zero):
-    """Not compared around the circle: the Euler error takes pi and -pi for different angles."""
+    """Not compared modulo 2 pi: for the Euler error, pi and -pi are different angles."""
     v = np.array(np.meshgrid(*[[-3, -2, -1, zero, 1, 2, 3]] * 3)).reshape(3, -1).T
     expected = np.array([released(row) for row in v])
     assert (np.abs(expected) > 3.14159).sum() == 8

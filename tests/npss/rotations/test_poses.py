@@ -49,7 +49,7 @@ def test_other_precisions(legacy):
 
 @both
 def test_single_precision_poses_reproduce_the_curves_of_samples(samples_root, legacy):
-    """The rest is the released code's axis, which is off by 1.2e-7 of itself: `legacy` has the same one."""
+    """The remaining difference is the released code's axis, with a relative error of 1.2e-7, as in `legacy`."""
     pytest.importorskip("h5py", reason="needs h5py")
     for path in samples_root.glob("*.h5"):
         for pair in read_poses(path):
@@ -87,7 +87,7 @@ def test_every_column_must_be_finite(column, legacy):
 @pytest.mark.parametrize("column", [6, 7, 98])
 def test_angle_too_large(column, legacy):
     poses = sample((2, 400))
-    poses[:, :, :3] = 1e300  # a translation may be as long as it likes
+    poses[:, :, :3] = 1e300  # translations may have any size
     poses[1, 390, column] = 1e300
     joint = column - column % 3
     message = rf"^poses: an angle of 2\*\*52 rad or more at index \(1, 390, {joint}\)$"

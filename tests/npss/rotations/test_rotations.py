@@ -1,4 +1,4 @@
-"""The contract of npss.rotations: every conversion, whatever the shape, the strides and the precision."""
+"""The contract of npss.rotations: every conversion in any shape, strides and precision."""
 
 import tracemalloc
 from functools import partial
@@ -41,7 +41,7 @@ def test_shape_and_dtype(source, target, leading, dtype):
     assert np.isfinite(got).all()
 
 
-# Rotations in small whole numbers, which every dtype holds exactly.
+# Rotations in small integers, exact in every dtype.
 EXACT = {
     "expmap": [[0, 1, 0], [2, 0, 1], [1, 1, 2]],
     "matrix": [[[0, 0, 1], [1, 0, 0], [0, 1, 0]], np.eye(3), [[0, 1, 0], [0, 0, 1], [1, 0, 0]]],
@@ -54,7 +54,7 @@ DTYPES = ["i1", "u1", "i4", ">i4", "i8", "f2", ">f2", "f4", ">f4", "f8", ">f8", 
 @every_pair
 @pytest.mark.parametrize("leading", [(), (1,), (1, 1), (0,), (3,)])
 def test_every_dtype_in_every_shape(source, target, leading):
-    """A row of native floats says what each rotation is, alone, in a row, and cast."""
+    """A row of native floats is the reference for rotations alone, in a row, and cast."""
     calls = [converter(source, target)]
     if (source, target) == ("expmap", "euler"):
         calls.append(partial(expmap_to_euler, legacy=True))
@@ -82,10 +82,10 @@ def test_leading_axes_do_not_matter(source, target):
 @every_pair
 @both_precisions
 def test_place_in_the_array_does_not_matter(source, target, dtype):
-    """Not a bit changes with the block, the vector register or its remainder that a rotation falls into."""
+    """The bits do not depend on the block, the vector register or its remainder."""
     given_ = sample(source, (40_003,), dtype=dtype)
     if source == "expmap":
-        given_[::7] *= 3  # float32 takes another way above 8 rad
+        given_[::7] *= 3  # float32 uses another method above 8 rad
         given_[5::1000] = 0
     convert = converter(source, target)
     whole = convert(given_)
@@ -148,7 +148,7 @@ def test_the_callers_error_settings_do_not_matter(source, target):
 
 
 def call_with(form):
-    """Return every function that takes a form, with the name of the argument that takes it."""
+    """Return every function that takes a form, with the name of the argument."""
     calls = [(converter(a, b), ARGUMENTS[a]) for a, b in PAIRS if a == form]
     if form == "matrix":
         good = np.broadcast_to(np.eye(3), (2, 3, 4, 3, 3))
@@ -304,7 +304,7 @@ def test_geodesic_angle_does_not_broadcast():
 @given(v=expmaps())
 @both_precisions
 def test_round_trips(dtype, v):
-    """From each form to each and back is the same rotation."""
+    """Conversion to each form and back gives the same rotation."""
     R = expmap_to_matrix(v.astype(dtype))
     eps = np.finfo(dtype).eps
     for source, target in PAIRS:
@@ -385,7 +385,7 @@ def test_half_turns_have_a_canonical_axis(axis):
 @given(v=expmaps(), power=st.integers(-1000, 1000), sign=st.sampled_from([-1.0, 1.0]))
 def test_the_length_of_a_quaternion_does_not_matter(v, power, sign):
     q = rotations.expmap_to_quaternion(v)
-    q[np.abs(q) < 1e-5] = 0  # what would be lost as a subnormal number
+    q[np.abs(q) < 1e-5] = 0  # would be lost as subnormal numbers
     scaled = sign * np.ldexp(q, power)
     for target in ("expmap", "matrix", "euler"):
         convert = converter("quaternion", target)
