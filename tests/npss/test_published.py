@@ -1,4 +1,4 @@
-"""The published tables as records: their shape, spot values, and signatures that explain calls comparable."""
+"""The published tables as records: shape, spot values, and comparable signatures."""
 
 import csv
 from collections import Counter
@@ -13,7 +13,7 @@ H36M = "Gopalakrishnan et al. 2019"
 LAFAN1 = ("Harvey et al. 2020", "Oreshkin et al. 2022", "Qin et al. 2022")
 ACTIONS = ("walking", "eating", "smoking", "discussion")
 LONG_TERM = {"VGRU-r1 (SA)", "MBR-unsup (SA)", "MBR-long", "VGRU-ac", "GRU-d", "VGRU-d"}  # of table 4
-OLD = {"ERD", "LSTM-3LR", "SRNN"}  # in table 7 alone, without 400 ms
+OLD = {"ERD", "LSTM-3LR", "SRNN"}  # only in table 7, without 400 ms
 SHORT_TERM = {"zero-velocity", "MBR-unsup (MA)", "MBR-sup (MA)", "VGRU-r1 (MA)"}  # of table 6
 
 
@@ -28,19 +28,19 @@ def h36m():
     return {(record["model"], record["action"]): record for record in published.records(H36M)}
 
 
-def test_as_many_cells_as_the_tables_have(rows):
+def test_number_of_cells(rows):
     cells = Counter(row["table"] for row in rows)
     assert cells == {"4": 6 * 4, "5": 6 * 4 * 3, "6": 4 * 4 * 4, "7": 4 * (6 * 6 + 3 * 5), "": 4 + 4 + 3 + 4}
 
 
 def test_every_cell_is_in_one_record(rows):
     values = Counter(float(row["value"]) for row in rows)
-    told = Counter()
+    cells = Counter()
     for record in published.records():
-        told.update(record.get("npss", {}).values())
-        told.update(record.get("npss_windows", {}).get("released", {}).values())
-        told.update(record.get("euler_error", {}).values())
-    assert told == values
+        cells.update(record.get("npss", {}).values())
+        cells.update(record.get("npss_windows", {}).get("released", {}).values())
+        cells.update(record.get("euler_error", {}).values())
+    assert cells == values
 
 
 def test_models_and_actions(h36m):
@@ -57,7 +57,7 @@ def test_the_long_term_models_have_tables_4_5_and_7(h36m):
             assert list(record["euler_error"]) == ["80", "160", "320", "400", "560", "1000"]
 
 
-def test_what_was_not_published_is_absent(h36m):
+def test_unpublished_cells_are_absent(h36m):
     for action in ACTIONS:
         for model in OLD:
             assert list(h36m[model, action]["euler_error"]) == ["80", "160", "320", "560", "1000"]
@@ -106,8 +106,8 @@ def test_the_reference_predictor_reproduces_its_published_row(h36m, h36m_root):
             assert measured["euler_error"][time] == pytest.approx(value, abs=0.005)
 
 
-def test_windows_and_whole_belong_together(h36m):
-    """Windows have fewer bins: even their sum stays below the whole, which rows set against the wrong model do not."""
+def test_windows_and_whole_match(h36m):
+    """Windows have fewer bins, so their sum is below the whole; rows of a wrong model violate this."""
     for model in LONG_TERM:
         for action in ACTIONS:
             record = h36m[model, action]
@@ -118,12 +118,12 @@ def test_lafan1():
     records = [record for record in published.records() if record["action"].startswith("in-betweening, ")]
     rows = {}
     for record in records:
-        stated = npss.parse_signature(record["signature"])
-        assert (stated["representation"], stated["fps"]) == ("global-quaternions", 30)
+        values = npss.parse_signature(record["signature"])
+        assert (values["representation"], values["fps"]) == ("global-quaternions", 30)
         assert "NPSS: comparable with the LaFAN1" in npss.explain(record["signature"])
-        assert record["action"] == f"in-betweening, {stated['frames']} frames"
+        assert record["action"] == f"in-betweening, {values['frames']} frames"
         assert "euler_error" not in record
-        rows.setdefault((record["model"], record["source"]), {})[stated["frames"]] = record["npss"]["released"]
+        rows.setdefault((record["model"], record["source"]), {})[values["frames"]] = record["npss"]["released"]
     assert rows == {
         ("zero-velocity", LAFAN1[0]): {5: 0.0053, 15: 0.0522, 30: 0.2318, 45: 0.4918},
         ("interpolation", LAFAN1[0]): {5: 0.0023, 15: 0.0391, 30: 0.2013, 45: 0.4493},
@@ -132,7 +132,7 @@ def test_lafan1():
     }
 
 
-def test_signatures_are_those_of_the_tables():
+def test_signatures_of_the_tables():
     for record in published.records():
         expected = {"released"} if "npss" in record else set()
         assert set(record["signatures"]) == expected | ({"euler_error"} if "euler_error" in record else set())
@@ -145,7 +145,7 @@ def test_signatures_are_those_of_the_tables():
         assert whole.count(": comparable with") == len(record["signatures"])
 
 
-def test_records_are_in_the_form_of_evaluate(h36m):
+def test_records_have_the_format_of_evaluate(h36m):
     from npss.predictors import PREDICTORS
     from npss_baselines.commands.evaluate import evaluate
     from npss_baselines.data.synthetic import synthetic_task
@@ -170,7 +170,7 @@ def test_by_source():
 
 
 def test_by_protocol():
-    """The paper's rows may be of either windows, but for the one that was copied from another paper."""
+    """The paper's rows may use either protocol, except the one copied from another paper."""
     early, late, lafan1 = (published.records(protocol=name) for name in ("srnn-8", "srnn-8-late", "lafan1"))
     assert early + lafan1 == published.records()
     assert all(npss.parse_signature(record["signature"])["protocol"] == "srnn-8-late" for record in late)
@@ -188,7 +188,7 @@ def test_by_protocol():
 
 
 @pytest.mark.parametrize("protocol", ["srnn-8", "srnn-8-late"])
-def test_they_stand_beside_numbers_of_either_windows(protocol):
+def test_they_are_comparable_with_both_protocols(protocol):
     own = {**next(iter(published.records(protocol=protocol))), "model": "mine", "source": ""}
     board = npss.leaderboard([own], published=True)
     assert {"mine", "VGRU-d (published)"} <= set(board.index)
@@ -196,7 +196,7 @@ def test_they_stand_beside_numbers_of_either_windows(protocol):
     assert len({npss.parse_signature(text)["protocol"] for text in board.tidy["signature"]}) == 1
 
 
-def test_they_are_a_leaderboard_of_their_own():
+def test_they_form_a_leaderboard():
     board = npss.leaderboard(published.records())
     assert board.tidy["rank"].isna().all()
     assert board.loc["VGRU-d (published)", ("eating", "NPSS released")] == 0.846
