@@ -1,4 +1,4 @@
-"""The command ``npss`` as a user calls it, and files of samples for it."""
+"""Run the command ``npss``, and write samples for it."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from npss.commands import main
 
 
 def run(capsys, *arguments):
-    """Return the exit status and what was printed on standard output and standard error."""
+    """Return exit status, standard output and standard error."""
     try:
         status = main([str(argument) for argument in arguments])
     except SystemExit as end:

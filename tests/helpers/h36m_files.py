@@ -1,4 +1,4 @@
-"""Files as Human3.6M has them."""
+"""Files in the format of Human3.6M."""
 
 import numpy as np
 

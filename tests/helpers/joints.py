@@ -1,4 +1,4 @@
-"""What the tests ask of positions of the 20 joints."""
+"""Checks of positions of the 20 joints."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ def lengths(positions):
 
 
 def assert_left_is_left(positions):
-    """Facing along z from x, which points to the left, and y: the toes are ahead of the ankles, the head up."""
+    """Check sides: with x to the left and y up, toes are ahead of ankles and the head is up."""
     left = at(positions, "LeftUpLeg") - at(positions, "RightUpLeg")
     up = at(positions, "Neck") - at(positions, "Hips")
     ahead = np.cross(left, up)

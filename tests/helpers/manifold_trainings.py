@@ -1,4 +1,4 @@
-"""A manifold that is quick to train, its training, and what that comes to."""
+"""A small manifold, its training and the results."""
 
 import os
 import signal
@@ -27,20 +27,20 @@ def small_chunks(assign=setattr):
 def walkers(n, n_frames, seed):
     motion = prepare(synthetic_clips(n, n_frames, seed))
     mask = motion.mask.copy()
-    mask[0, 100:] = False  # as if its clip were short
+    mask[0, 100:] = False  # like a short clip
     return replace(motion, mask=mask)
 
 
 def configured(**changes):
-    """Both kinds of stages: layers by single windows and SGD, the whole by batches and Adam."""
-    usual = {
+    """Return a configuration with both kinds of stages: single windows and SGD, batches and Adam."""
+    defaults = {
         "model": TINY,
         "size": 0.5,
         "start": "glorot",
         "layers": Stage(epochs=2, lr=0.05, lr_decay=0.9, sparsity=0.01, unpool="random"),
         "whole": Stage(epochs=3, batch=3, optimizer="adam", lr=1e-2, lr_schedule="cosine", clip_norm=0.1, rescale=True),
     }
-    return replace(config.defaults(), **usual | changes)
+    return replace(config.defaults(), **defaults | changes)
 
 
 def trained(out, configuration, sets):
@@ -51,7 +51,7 @@ def trained(out, configuration, sets):
 
 
 def outcome(out):
-    """What a run has come to, to the bit."""
+    """Return the results of a run, to the bit."""
     checkpoint = torch.load(out / CHECKPOINT, weights_only=True)
     return {
         "weights": checkpoint["state_dict"],
@@ -63,29 +63,29 @@ def outcome(out):
 
 
 def train_until_killed(out, configuration, sets, moment, number):
-    """Train in a process of its own, which kills itself when something happens for the so-manieth time."""
+    """Train in a separate process that kills itself at the n-th event of a kind."""
     small_chunks()
-    left = [number]
+    remaining = [number]
 
-    def die_in_time():
-        left[0] -= 1
-        if left[0] == 0:
+    def count_down():
+        remaining[0] -= 1
+        if remaining[0] == 0:
             os.kill(os.getpid(), signal.SIGKILL)
 
     rename, step = Path.replace, trainer.Training._step
 
     def replace_file(part, target):
         if moment == "writing":
-            if left[0] == 1:  # only half of it is there
+            if remaining[0] == 1:  # half of it is written
                 os.truncate(part, part.stat().st_size // 2)
-            die_in_time()
+            count_down()
         rename(part, target)
         if moment == "written":
-            die_in_time()
+            count_down()
 
     def begin_batch(*arguments):
         if moment == "batch":
-            die_in_time()
+            count_down()
         return step(*arguments)
 
     Path.replace, trainer.Training._step = replace_file, begin_batch

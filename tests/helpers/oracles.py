@@ -1,4 +1,4 @@
-"""The metrics once more, from their definitions, as slowly and plainly as can be; nothing is taken from npss."""
+"""Reference implementations of the metrics, from their definitions and without npss."""
 
 import cmath
 import math
@@ -7,13 +7,13 @@ import numpy as np
 
 
 def transform(series):
-    """The discrete Fourier transform by its sum."""
+    """Return the discrete Fourier transform, as a sum."""
     n = len(series)
     return [sum(x * cmath.exp(-2j * cmath.pi * ((f * t) % n) / n) for t, x in enumerate(series)) for f in range(n)]
 
 
 def npss(gt, pred, convention):
-    """NPSS of ``(N, T, D)`` arrays by the convention's name; None if the ground truth has no power."""
+    """Return the NPSS of ``(N, T, D)`` arrays by a convention; None if the ground truth has no power."""
     return {"paper": _paper, "released": _released, "literal": _literal}[convention](gt, pred)
 
 
@@ -59,7 +59,7 @@ def _literal(gt, pred):
 
 
 def euler_curve(gt, pred, columns="gt", threshold=1e-4):
-    """The Euler error of every frame."""
+    """Return the Euler error of every frame."""
     n, frames, features = gt.shape
     curve = []
     for t in range(frames):
@@ -96,5 +96,5 @@ def _l1(first, second):
 
 
 def sigmoid(x):
-    """The logistic function."""
+    """Return the logistic function."""
     return 1 / (1 + np.exp(-x))

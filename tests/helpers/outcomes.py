@@ -1,10 +1,10 @@
-"""What trainings come to, compared to the bit."""
+"""Comparison of training results, to the bit."""
 
 import torch
 
 
 def same(first, second):
-    """Whether two outcomes are equal to the bit."""
+    """Return whether two results are equal to the bit."""
     if isinstance(first, dict):
         return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
     if isinstance(first, list | tuple):

@@ -1,9 +1,8 @@
-"""Windows that overlap, simulated: what are error rates and coverages, if the frames of a clip depend on each other?
+"""Simulate overlapping windows, for error rates and coverages where the frames of a clip depend on each other.
 
-Each frame of a clip has an error that is autoregressive (AR(1), coefficient phi), whatever the model; a window's error
-is the mean over its target frames, and the score the mean over windows, weighted by the energy of real targets. Over
-all starts of a very long record, such errors have mean zero: that is the true difference of two models, and the true
-score is what is added to them.
+Errors of the frames of a clip are autoregressive (AR(1), coefficient phi). A window's error is the average over its
+target frames, and the score is the average over windows, weighted by the energy of real targets. Errors have mean zero,
+which is the true difference of two models; a constant added to them is the true score.
 """
 
 from typing import NamedTuple
@@ -42,60 +41,60 @@ def ar1(phi, shape, rng):
 
 
 def window_means(frames):
-    """Return the mean over the target frames from each frame on, ``(..., T)`` to ``(..., T - 99)``."""
+    """Return the average over the target frames from each frame on, ``(..., T)`` to ``(..., T - 99)``."""
     sums = np.cumsum(np.insert(frames, 0, 0.0, axis=-1), axis=-1)
     return (sums[..., N_TARGET:] - sums[..., :-N_TARGET]) / N_TARGET
 
 
 def generated_pairs(rng, count=60):
-    """Return the energies of the frames of pairs of clips, as long as real ones, and a little more unequal."""
+    """Return frame energies of pairs of clips, of realistic lengths and slightly more unequal."""
     lengths = rng.integers(600, 2000, size=(count, 2))
     return [[np.exp(0.4 * ar1(0.99, length, rng)) for length in pair] for pair in lengths]
 
 
 def pattern(energies, name="random-256", unit=None):
-    """Return the windows of a protocol in a pair of clips, given the energies of their frames.
+    """Return the windows of a protocol in a pair of clips, from their frame energies.
 
-    `unit` makes other blocks than the protocol's: a function of the place of a window and of the window.
+    `unit`, a function of the index of a window and of the window, replaces the protocol's blocks.
     """
     lengths = tuple(len(clip) for clip in energies)
     draw = {"srnn-8": protocol.srnn_windows, "random-256": protocol.random_windows}[name]
     windows = draw(lengths, n_target=N_TARGET)
-    groups = tuple(unit(*one) for one in enumerate(windows)) if unit else protocol.window_blocks(name, lengths)
+    groups = (
+        tuple(unit(i, window) for i, window in enumerate(windows)) if unit else protocol.window_blocks(name, lengths)
+    )
     means = [window_means(clip) for clip in energies]
     weight = np.array([means[window.clip][window.target.start] for window in windows])
     return Pattern(lengths, windows, weight, Blocks(groups, weight))
 
 
 def cut(pairs, n_blocks, rng, count):
-    """Return random windows of pairs of clips that have so many blocks, cut out of those pairs."""
-    found = []
-    while len(found) < count:
+    """Return random patterns of `n_blocks` blocks, cut out of pairs of clips."""
+    patterns = []
+    while len(patterns) < count:
         clips = []
         for n in (n_blocks // 2, n_blocks - n_blocks // 2):
             clip = pairs[rng.integers(len(pairs))][len(clips)]
             length = STRETCH * n + rng.integers(STRETCH)
             start = rng.integers(max(1, len(clip) - length))
-            clips.append(
-                np.resize(np.concatenate([clip[start:], clip[start:][::-1]]), length)
-            )  # too short: there and back
-        one = pattern(clips)
-        if one.blocks.n == n_blocks:  # else one of the stretches holds no window
-            found.append(one)
-    return found
+            clips.append(np.resize(np.concatenate([clip[start:], clip[start:][::-1]]), length))  # mirror short clips
+        candidate = pattern(clips)
+        if candidate.blocks.n == n_blocks:  # otherwise a stretch has no window
+            patterns.append(candidate)
+    return patterns
 
 
 def rates(patterns, phi, *, sets, seed=0):
-    """Return how often equal models are told apart at 5 %, and intervals of 95 % hold the true score.
+    """Return the rate of false positives at 5 %, and the coverage of 95 % intervals.
 
-    At least `sets` records are simulated, as many of each pattern.
+    At least `sets` records are simulated, equally many for each pattern.
     """
     rng = np.random.default_rng(seed)
     each = -(-sets // len(patterns))
     rejected, held = [], []
-    for one in patterns:
-        weight = one.blocks.sums(one.weight)
-        error = one.blocks.sums(one.weight * one.errors(phi, rng, each))
+    for simulated in patterns:
+        weight = simulated.blocks.sums(simulated.weight)
+        error = simulated.blocks.sums(simulated.weight * simulated.errors(phi, rng, each))
         rejected += [sign_flips(errors, weight, seed=i).p_value() <= 0.05 for i, errors in enumerate(error)]
         true = 10.0  # so that no score is negative
         held += list(covers(error + true * weight, np.broadcast_to(weight, error.shape), true, seed=len(held)))
@@ -103,6 +102,6 @@ def rates(patterns, phi, *, sets, seed=0):
 
 
 def covers(numerator, weight, true, **options):
-    """Say of each row of blocks whether its interval holds the true score."""
+    """Return whether the interval of each row of blocks covers the true score."""
     low, high = bootstrap_interval(numerator, weight, **options)
     return (low <= true) & (true <= high)

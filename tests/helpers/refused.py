@@ -1,4 +1,4 @@
-"""What no function takes for motion."""
+"""Values that every function refuses as motion."""
 
 import numpy as np
 

@@ -1,11 +1,11 @@
-"""Entries of a registry that are there for a while."""
+"""Temporary entries of a registry."""
 
 from contextlib import contextmanager
 
 
 @contextmanager
 def registered(registry, **entries):
-    """Register entries by name, and forget them afterwards."""
+    """Register entries by name, and remove them afterwards."""
     for name, entry in entries.items():
         registry.register(name, entry)
     try:

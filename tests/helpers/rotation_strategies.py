@@ -1,4 +1,4 @@
-"""The conversions by name, and hypothesis strategies for rotations."""
+"""Names of conversions, and hypothesis strategies for rotations."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from npss import rotations
 
 #: Trailing axes of each form.
 FORMS = {"expmap": (3,), "matrix": (3, 3), "quaternion": (4,), "euler": (3,)}
-#: What the functions call their argument.
+#: Names of the functions' arguments.
 ARGUMENTS = {"expmap": "v", "matrix": "R", "quaternion": "q", "euler": "angles"}
 #: ``(source, target)`` of every conversion.
 PAIRS = [(source, target) for source in FORMS for target in FORMS if source != target]
@@ -25,7 +25,7 @@ def is_proper(seq):
 
 
 def around(difference):
-    """The size of the difference of two angles, in [0, pi]."""
+    """Return the absolute difference of two angles, in [0, pi]."""
     return np.abs((difference + np.pi) % (2 * np.pi) - np.pi)
 
 
@@ -35,7 +35,7 @@ def converter(source, target):
 
 
 def sample(form, leading, seed=0, dtype=np.float64):
-    """Return random rotations in one form, of any angle up to 6 for the exponential map."""
+    """Return random rotations in a form, with angles up to 6 for the exponential map."""
     rng = np.random.default_rng(seed)
     axis = rng.normal(size=(*leading, 3))
     axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
@@ -43,14 +43,14 @@ def sample(form, leading, seed=0, dtype=np.float64):
     return v if form == "expmap" else converter("expmap", form)(v)
 
 
-#: Angles at which formulas break down, and the distances from them.
+#: Angles where formulas break down, and distances from them.
 _CORNERS = st.sampled_from([0.0, np.pi / 2, np.pi, 2 * np.pi])
 _DISTANCES = st.sampled_from([0.0, 5e-324, 1e-300, 1e-160, 1e-17, 1e-16, 1e-12, 1e-8, 1e-7, 1e-4, 1e-2])
 
 
 @st.composite
 def angles(draw):
-    """Angles in [-8, 8], with a taste for the corners."""
+    """Draw angles in [-8, 8], often at or near corners."""
     if draw(st.booleans()):
         return draw(st.floats(-8, 8))
     sign = draw(st.sampled_from([-1.0, 1.0]))
@@ -59,7 +59,7 @@ def angles(draw):
 
 @st.composite
 def expmaps(draw, max_count=6):
-    """Rotation vectors ``(n, 3)``: along the axes of coordinates, in their planes, and anywhere."""
+    """Draw rotation vectors ``(n, 3)``: along coordinate axes, in their planes, and anywhere."""
     rows = []
     for _ in range(draw(st.integers(1, max_count))):
         axis = np.array(draw(st.tuples(*[st.sampled_from([0.0, 1.0, -1.0, 1e-9, 0.3, -0.7])] * 3)))
@@ -70,7 +70,7 @@ def expmaps(draw, max_count=6):
 
 @st.composite
 def euler_angles(draw, seq, max_count=6):
-    """Euler angles ``(n, 3)`` of a sequence, often at or near its gimbal lock."""
+    """Draw Euler angles ``(n, 3)`` of a sequence, often at or near gimbal lock."""
     proper = seq[0] == seq[-1]
     rows = []
     for _ in range(draw(st.integers(1, max_count))):

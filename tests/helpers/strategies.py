@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 @st.composite
 def pairs(draw, max_n=4, min_t=2, max_t=24, max_d=4, special=True):
-    """Ground truth and prediction, ``(N, T, D)``: drifting noise, some features constant or zero."""
+    """Draw ground truth and prediction, ``(N, T, D)``: drifting noise, some features constant or zero."""
     shape = (
         draw(st.integers(1, max_n)),
         draw(st.integers(min_t, max_t)),

@@ -1,4 +1,4 @@
-"""What tests of user studies have in common."""
+"""Constants of the tests of user studies."""
 
 #: The models of the NPSS paper's study.
 MODELS = ["VGRU-r1 (SA)", "MBR-unsup (SA)", "MBR-long", "VGRU-ac", "GRU-d", "VGRU-d"]

@@ -1,4 +1,4 @@
-"""A model that is quick to train, its training, and what that comes to."""
+"""A small model, its training and the results."""
 
 import os
 import signal
@@ -21,16 +21,16 @@ from npss_baselines.training import trainer
 
 @dataclass(frozen=True)
 class TinyConfig:
-    """A model that is quick to train.
+    """The configuration of a small model.
 
     Attributes
     ----------
     units : int
-        Of its cell.
+        Units of the cell.
     dropout : float
-        Of its input.
+        Dropout of the input.
     noise : float
-        Standard deviation of what is drawn for each sequence.
+        Standard deviation of the noise of each sequence.
     """
 
     units: int = 6
@@ -39,7 +39,7 @@ class TinyConfig:
 
 
 class Tiny(MotionModel):
-    """A cell with dropout and noise, so that nothing repeats itself unless seeds do."""
+    """A cell with dropout and noise, whose results repeat only with the same seeds."""
 
     def __init__(self, settings, n_actions):
         super().__init__(n_actions)
@@ -72,8 +72,8 @@ RECIPE = Recipe(
 TINY = ModelSpec("tiny", TinyConfig(), Tiny, RECIPE)
 
 
-def configured(*said):
-    return arguments.parse(["tiny", "--data", "synthetic", "--out", "nowhere", "--validate-every", "3", *said])[0]
+def configured(*options):
+    return arguments.parse(["tiny", "--data", "synthetic", "--out", "nowhere", "--validate-every", "3", *options])[0]
 
 
 def trained(out, configuration, training_set=None):
@@ -85,7 +85,7 @@ def trained(out, configuration, training_set=None):
 
 
 def outcome(out):
-    """What a run has come to, to the bit."""
+    """Return the results of a run, to the bit."""
     checkpoint = torch.load(out / config.CHECKPOINT, weights_only=True)
     return {
         "weights": checkpoint["state_dict"],
@@ -97,29 +97,29 @@ def outcome(out):
 
 
 def train_until_killed(out, configuration, moment, number):
-    """Train in a process of its own, which kills itself when something happens for the so-manieth time."""
+    """Train in a separate process that kills itself at the n-th event of a kind."""
     MODELS.register("tiny", TINY)
-    left = [number]
+    remaining = [number]
 
-    def die_in_time():
-        left[0] -= 1
-        if left[0] == 0:
+    def count_down():
+        remaining[0] -= 1
+        if remaining[0] == 0:
             os.kill(os.getpid(), signal.SIGKILL)
 
     rename, zero_grad = Path.replace, torch.optim.Optimizer.zero_grad
 
     def replace_file(part, target):
         if moment == "writing":
-            if left[0] == 1:  # only half of it is there
+            if remaining[0] == 1:  # half of it is written
                 os.truncate(part, part.stat().st_size // 2)
-            die_in_time()
+            count_down()
         rename(part, target)
         if moment == "written":
-            die_in_time()
+            count_down()
 
     def begin_iteration(*arguments, **options):
         if moment == "iteration":
-            die_in_time()
+            count_down()
         zero_grad(*arguments, **options)
 
     Path.replace, torch.optim.Optimizer.zero_grad = replace_file, begin_iteration

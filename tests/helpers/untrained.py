@@ -1,4 +1,4 @@
-"""A manifold that nothing was trained in."""
+"""An untrained manifold."""
 
 import torch
 

@@ -1,4 +1,4 @@
-"""The picture of the architecture is that of the imports, and the page names files that exist."""
+"""Tests of docs/architecture.md: the picture matches the imports, and all named files exist."""
 
 import importlib.util
 import re
@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "architecture.md"
-pytestmark = pytest.mark.skipif(not (ROOT / "npss").is_dir(), reason="the code is not beside the tests")
+pytestmark = pytest.mark.skipif(not (ROOT / "npss").is_dir(), reason="needs the source code")
 
 
 @pytest.fixture
@@ -19,21 +19,21 @@ def drawing():
     return module
 
 
-def test_the_picture_is_that_of_the_imports(drawing):
+def test_picture_matches_the_imports(drawing):
     stored = drawing.PICTURE.read_text(encoding="utf-8")
-    assert stored == drawing.picture(), "draw it anew: python docs/draw_architecture.py"
+    assert stored == drawing.picture(), "out of date: run python docs/draw_architecture.py"
 
 
-def test_every_room_has_its_layer(drawing):
+def test_every_room_has_a_layer(drawing):
     rooms = {room for package in drawing.layers() for row in package for room in row}
     folders = (ROOT / "npss", ROOT / "baselines" / "npss_baselines")
-    found = {
+    modules = {
         f"{folder.name}.{path.stem}"
         for folder in folders
         for path in folder.iterdir()
         if (path.suffix == ".py" and not path.stem.startswith("__")) or (path / "__init__.py").exists()
     }
-    assert found == rooms
+    assert modules == rooms
 
 
 def test_arrows_go_down(drawing):
@@ -50,7 +50,7 @@ def test_arrows_that_follow_from_others_are_left_out(drawing):
     assert drawing.arrows(graph) == {("a", "b"), ("b", "c")}
 
 
-def test_files_that_the_page_names_exist():
+def test_named_files_exist():
     names = re.findall(r"`((?:npss|baselines|docs|tests)/[\w./-]*)`", PAGE.read_text(encoding="utf-8"))
     assert len(names) > 15
     assert [name for name in names if not (ROOT / name).exists()] == []

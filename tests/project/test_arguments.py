@@ -1,4 +1,4 @@
-"""One name for one thing: seed frames, randomness and times; and former names that say what they are called now."""
+"""Tests of argument names: one name each for seed frames, randomness and times, and errors for former names."""
 
 import dataclasses
 import inspect
@@ -49,19 +49,19 @@ def refuses(function, former, present):
 
 
 @pytest.mark.parametrize(("function", "former", "present"), FORMER)
-def test_a_former_name_is_refused_with_the_present_one(function, former, present):
+def test_former_names_are_refused(function, former, present):
     refuses(function, former, present)
 
 
-def test_former_names_of_baselines_are_refused_with_the_present_ones():
+def test_former_names_of_baselines_are_refused():
     pytest.importorskip("torch")
     functions = dict(own_functions("npss_baselines."))
     for name, former, present in FORMER_OF_BASELINES:
-        (function,) = (one for one in functions.values() if one.__qualname__ == name)
+        (function,) = (candidate for candidate in functions.values() if candidate.__qualname__ == name)
         refuses(function, former, present)
 
 
-def test_a_function_with_former_names_is_otherwise_itself():
+def test_renamed_changes_nothing_else():
     def draw(a, *, seed=0):
         """Draw."""
         return a, seed
@@ -75,7 +75,7 @@ def test_a_function_with_former_names_is_otherwise_itself():
 
 
 def own_functions(prefix):
-    """Yield the functions and methods that modules define, by where they are."""
+    """Yield the functions and methods that modules define, with full names."""
     for name in MODULES:
         if name.startswith(prefix):
             module = import_module(name)
@@ -86,24 +86,24 @@ def own_functions(prefix):
 
 
 def public_functions():
-    """Yield the name and the signature of every function and method that has a public name."""
+    """Yield the name and signature of every public function and method."""
     for name, function in own_functions("npss"):
         if not function.__name__.startswith("_") or function.__name__ == "__init__":
             yield name, inspect.signature(function)
 
 
-def test_no_argument_has_another_name_for_randomness_or_a_time():
+def test_no_other_argument_names_for_randomness_or_times():
     pytest.importorskip("torch")
-    found = {
+    arguments = {
         f"{function}({argument})"
         for function, signature in public_functions()
         for argument in signature.parameters
         if argument in ("rng", "random_state", "generator") or argument.endswith(("_s", "_sec", "_seconds"))
     }
-    assert found == set()
+    assert arguments == set()
 
 
-def test_a_seed_is_a_number_or_a_generator():
+def test_seeds():
     expected = np.random.default_rng(5).random(3).tolist()
     for seed in (5, np.int64(5), np.random.default_rng(5)):
         assert generator(seed).random(3).tolist() == expected
@@ -111,20 +111,20 @@ def test_a_seed_is_a_number_or_a_generator():
     assert generator(own) is own
 
 
-def test_tables_say_what_seeded_intervals():
+def test_tables_state_the_seed_of_intervals():
     pytest.importorskip("pandas")
     reports = {"m": npss.report(*MOTIONS)}
-    for seed, said in ((3, "resamples, seed 3;"), (np.random.default_rng(3), "resamples, a generator of your own;")):
-        assert said in npss.leaderboard(reports, seed=seed).to_text()
+    for seed, text in ((3, "resamples, seed 3;"), (np.random.default_rng(3), "resamples, a generator of your own;")):
+        assert text in npss.leaderboard(reports, seed=seed).to_text()
 
 
 @pytest.mark.parametrize("seed", [None, 1.0, "1", True, [1], np.random.RandomState(0)])
-def test_what_is_no_seed(seed):
+def test_invalid_seeds(seed):
     with pytest.raises(TypeError, match=r"^seed: expected a whole number or a numpy\.random\.Generator, got"):
         generator(seed)
 
 
-def test_no_seed_is_negative():
+def test_negative_seed():
     with pytest.raises(ValueError, match=r"^seed: expected a whole number >= 0, got -1"):
         generator(-1)
 
@@ -142,15 +142,15 @@ MOTIONS = np.random.default_rng(0).normal(size=(2, 20, 30, 2)).cumsum(axis=2)
 
 
 @pytest.mark.parametrize("name", RANDOM)
-def test_a_number_gives_the_same_draws_and_a_generator_moves_on(name):
+def test_numbers_repeat_and_generators_advance(name):
     draw = RANDOM[name]
     own = np.random.default_rng(3)
     assert draw(3) == draw(3) == draw(own)
     assert draw(own) != draw(3)
 
 
-def stated_choices():
-    """Yield what docstrings of public functions say of their arguments: ``name : {'a', 'b'} or ...``."""
+def documented_choices():
+    """Yield the choices ``name : {'a', 'b'} or ...`` in docstrings of public functions."""
     for name in MODULES:
         if not name.startswith("npss."):
             continue
@@ -171,10 +171,10 @@ def named_in(kind):
     return {value for part in get_args(kind) for value in named_in(part)}
 
 
-def test_what_has_few_values_is_typed_by_them():
+def test_choices_are_typed_as_literals():
     pytest.importorskip("torch")
     checked = set()
-    for documented, argument, choices in stated_choices():
+    for documented, argument, choices in documented_choices():
         own = inspect.unwrap(documented)
         owner = own.__init__ if inspect.isclass(own) and argument not in own.__annotations__ else own
         if inspect.isclass(owner):
@@ -196,7 +196,7 @@ def public_classes():
                 yield value
 
 
-def test_fields_of_results_are_documented_as_attributes():
+def test_result_fields_are_documented_as_attributes():
     made_by_users = {"Convention", "Format", "Skeleton"}
     seen = 0
     for one in public_classes():
@@ -213,7 +213,7 @@ def test_fields_of_results_are_documented_as_attributes():
     assert seen > 12
 
 
-def test_every_interval_has_its_ends_by_name():
+def test_intervals_have_named_ends():
     gt = np.random.default_rng(0).normal(size=(12, 20, 2)).cumsum(axis=1)
     comparison = npss.compare(gt, gt + 1, 0 * gt)
     few = npss.compare(gt[:3], gt[:3] + 1, 0 * gt[:3])
@@ -224,7 +224,7 @@ def test_every_interval_has_its_ends_by_name():
     assert all(one.low <= one.high for one in intervals)
 
 
-def test_every_argument_of_a_public_function_is_documented():
+def test_all_arguments_of_public_functions_are_documented():
     missing = [
         f"{function.__name__}({argument})"
         for space in (npss, npss.rotations, npss.protocol, npss.skeleton, npss.plot, study, predictors)
@@ -238,7 +238,7 @@ def test_every_argument_of_a_public_function_is_documented():
         assert "{" not in section(getattr(npss.rotations, name), "Raises")
 
 
-def test_a_conversion_without_a_docstring_stays_without():
+def test_conversion_without_docstring():
     """As under ``python -OO``."""
     assert conversion(_contract.EXPMAP, _contract.EULER)(lambda v: v).__doc__ is None
 

@@ -1,4 +1,4 @@
-"""The program of docs/comparing.md, run as it is printed."""
+"""Run the program of docs/comparing.md."""
 
 import re
 import subprocess
@@ -10,8 +10,8 @@ import pytest
 PAGE = Path(__file__).parents[2] / "docs" / "comparing.md"
 
 
-@pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
-def test_the_program_says_what_the_page_promises(tmp_path):
+@pytest.mark.skipif(not PAGE.exists(), reason="needs the documentation")
+def test_program(tmp_path):
     pytest.importorskip("pandas")
     (program,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S)
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""Text files are UTF-8 whatever the locale: everything that opens one says so."""
+"""Tests that all code states the encoding of text files: UTF-8 in any locale."""
 
 import ast
 from pathlib import Path
@@ -19,20 +19,21 @@ FOLDERS = [
 ]
 
 
-def silent(tree):
-    """Yield the lines of calls that leave the encoding of text to the locale."""
+def implicit(tree):
+    """Yield the lines of calls that do not state the encoding of text."""
     for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call)):
         name = getattr(call.func, "attr", getattr(call.func, "id", None))
         options = {option.arg: option.value for option in call.keywords}
-        said = [one.value for one in (*call.args, *options.values()) if isinstance(one, ast.Constant)]
-        modes = [one for one in said if isinstance(one, str) and one.strip("rwax+t") == ""]
-        binary = any(isinstance(one, str) and "b" in one and one.strip("rwaxb+") == "" for one in said)
-        of_a_path = name == "open" and not binary and (modes or not call.args) and ast.unparse(call.func) != "os.open"
-        of_text = name in ("read_text", "write_text") and isinstance(call.func, ast.Attribute)
-        of_a_process = any(
-            ast.unparse(options[one]) == "True" for one in {"text", "universal_newlines"} & options.keys()
+        values = [value.value for value in (*call.args, *options.values()) if isinstance(value, ast.Constant)]
+        texts = [value for value in values if isinstance(value, str)]
+        modes = [text for text in texts if text.strip("rwax+t") == ""]
+        binary = any("b" in text and text.strip("rwaxb+") == "" for text in texts)
+        opens_path = name == "open" and not binary and (modes or not call.args) and ast.unparse(call.func) != "os.open"
+        accesses_text = name in ("read_text", "write_text") and isinstance(call.func, ast.Attribute)
+        runs_process = any(
+            ast.unparse(options[option]) == "True" for option in {"text", "universal_newlines"} & options.keys()
         )
-        if (of_text or of_a_path or of_a_process) and "encoding" not in options:
+        if (accesses_text or opens_path or runs_process) and "encoding" not in options:
             yield call.lineno
 
 
@@ -46,12 +47,12 @@ def silent(tree):
         ("path.read_text(encoding='utf-8')\npath.open('wb')\nread_text(path)\nurllib.request.urlopen(x)", []),
     ],
 )
-def test_the_test_sees_them(code, lines):
-    assert list(silent(ast.parse(code))) == lines
+def test_implicit_encodings_are_found(code, lines):
+    assert list(implicit(ast.parse(code))) == lines
 
 
-def test_everything_says_its_encoding():
+def test_all_encodings_are_stated():
     files = [file for folder in FOLDERS for file in sorted(folder.rglob("*.py"))]
-    found = [f"{file}:{line}" for file in files for line in silent(ast.parse(file.read_text(encoding="utf-8")))]
-    assert not found
+    lines = [f"{file}:{line}" for file in files for line in implicit(ast.parse(file.read_text(encoding="utf-8")))]
+    assert not lines
     assert len(files) > 100

@@ -1,4 +1,4 @@
-"""The plugins of docs/extending.md, run as they are printed."""
+"""Run the plugins of docs/extending.md."""
 
 import os
 import re
@@ -15,11 +15,11 @@ from entry_points import declare
 from npss import files, plugins
 
 PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
-pytestmark = pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
+pytestmark = pytest.mark.skipif(not PAGE.exists(), reason="needs the documentation")
 
 
 def printed(kind, name):
-    """The block that follows a marker."""
+    """Return the code block after a marker."""
     (block,) = re.findall(
         rf"^<!-- {kind}: {re.escape(name)} -->\n```\w+\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S
     )
@@ -27,7 +27,7 @@ def printed(kind, name):
 
 
 def call(folder, line, *path):
-    """Run a line of a shell in a process of its own, and return what it prints."""
+    """Run a command line in a separate process, and return its output."""
     command, *arguments = line.split()
     module = {"npss": "npss", "npss-baselines": "npss_baselines"}[command]
     path = os.pathsep.join([*map(str, path), os.environ.get("PYTHONPATH", "")])
@@ -44,7 +44,7 @@ def call(folder, line, *path):
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """The plugin, imported from the current folder, and the same predictions in its format as in a ``.npz``."""
+    """Import the plugin from the current folder, and write equal predictions in its format and as ``.npz``."""
     (tmp_path / "text_format.py").write_text(printed("file", "text_format.py"), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
@@ -88,7 +88,7 @@ def test_a_broken_file_of_the_format(folder, capsys):
     assert err.startswith(f"npss: error: {path}: line 1: could not convert string to float: 'x")
 
 
-def test_plugins_wherever_they_are_named(folder):
+def test_ways_to_name_plugins(folder):
     pytest.importorskip("pandas")
     (folder / "my_package").mkdir()
     (folder / "my_package/metrics.py").write_text("print('imported')", encoding="utf-8")
@@ -99,7 +99,7 @@ def test_plugins_wherever_they_are_named(folder):
 
 
 def test_an_installed_plugin(folder):
-    """What an installer makes of the file: metadata beside the module."""
+    """Install the plugin: put metadata beside the module."""
     declared = tomllib.loads(printed("file", "pyproject.toml"))["project"]
     there = folder / "installed"
     ((group, points),) = declared["entry-points"].items()

@@ -1,4 +1,4 @@
-"""Where the disk is full, nothing that was there is lost, and one line names the file."""
+"""Tests of a full disk: old files are kept, and one line names the file."""
 
 import errno
 import os
@@ -15,7 +15,7 @@ from disk import full_disk
 from npss import study
 from npss.console._run import told
 
-OLD = b"what was there before"
+OLD = b"old content"
 
 
 @pytest.fixture(scope="module")
@@ -33,11 +33,11 @@ def folder(tmp_path_factory, arrays):
 
 
 def keeps(path, write):
-    """Make sure that what was there is there, in both cases: a full disk and one that is not."""
+    """Check that a failed write keeps the old file and a successful one replaces it, without leftovers."""
     path.write_bytes(OLD)
     with full_disk(1024):
-        said = write(path)
-    assert f"cannot write {path}: File too large" in said
+        message = write(path)
+    assert f"cannot write {path}: File too large" in message
     assert path.read_bytes() == OLD
     assert [file.name for file in path.parent.iterdir()] == [path.name]
     write(path)
@@ -45,8 +45,8 @@ def keeps(path, write):
     assert [file.name for file in path.parent.iterdir()] == [path.name]
 
 
-def said_by(write):
-    """Return a function that writes, and returns what the error says, if there is one."""
+def error_of(write):
+    """Return a function that writes and returns the error message, if any."""
 
     def function(path):
         try:
@@ -61,15 +61,13 @@ def said_by(write):
 @pytest.mark.parametrize("command", [["report", "FOLDER"], ["study", "page", "FOLDER"]])
 def test_pages(capsys, tmp_path, folder, command):
     pytest.importorskip("matplotlib")
-    arguments = [folder if one == "FOLDER" else one for one in command]
+    arguments = [folder if part == "FOLDER" else part for part in command]
 
     def write(path):
         status, out, err = run(capsys, *arguments, "-o", path)
         if status:
             assert (status, out) == (2, "")
-            assert err.splitlines()[-1].startswith(
-                "npss: error: cannot write"
-            )  # after lines of progress, if it is slow
+            assert err.splitlines()[-1].startswith("npss: error: cannot write")  # after lines of progress
         return err
 
     keeps(tmp_path / "page.html", write)
@@ -82,7 +80,7 @@ def test_predictions(tmp_path, arrays, suffix):
     from npss.files._samples import read_poses
 
     path = tmp_path / f"samples{suffix}"
-    keeps(path, said_by(lambda path: write_samples(path, arrays)))
+    keeps(path, error_of(lambda path: write_samples(path, arrays)))
     assert read_poses(path)[0].gt.shape == (2, 25, 99)
 
 
@@ -92,20 +90,20 @@ def test_pictures(tmp_path, suffix):
     figure.subplots().plot(np.random.default_rng(0).normal(size=300))
     from npss.files._write import write_figure_atomically
 
-    keeps(tmp_path / f"picture{suffix}", said_by(lambda path: write_figure_atomically(path, figure)))
+    keeps(tmp_path / f"picture{suffix}", error_of(lambda path: write_figure_atomically(path, figure)))
     assert (tmp_path / f"picture{suffix}").read_bytes()[:5] in (b"<?xml", b"%PDF-", b"\x89PNG\r")
 
 
 def test_votes(tmp_path):
     votes = [study.Vote("walking", study.Question(i, 4, "GRU-d", "VGRU-d"), "p07", "B") for i in range(1, 100)]
-    keeps(tmp_path / "votes.csv", said_by(lambda path: study.write_votes(path, votes)))
+    keeps(tmp_path / "votes.csv", error_of(lambda path: study.write_votes(path, votes)))
     assert study.read_votes(tmp_path / "votes.csv") == votes
 
 
 def test_leaderboards(tmp_path, folder):
     pd = pytest.importorskip("pandas")
     board = npss.leaderboard(folder)
-    keeps(tmp_path / "board.csv", said_by(board.to_csv))
+    keeps(tmp_path / "board.csv", error_of(board.to_csv))
     assert (tmp_path / "board.csv").read_text(encoding="utf-8") == board.to_csv()
     board.to_csv(tmp_path / "board.csv.gz")
     pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "board.csv.gz"), pd.read_csv(tmp_path / "board.csv"))
@@ -144,7 +142,7 @@ def test_standard_output_in_this_process(monkeypatch):
         discard_output()
 
 
-def test_what_is_said_of_it():
+def test_messages():
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     assert told(full) == "cannot write to standard output: No space left on device"
     assert told(OSError(*full.args, "runs/walking")) == "cannot open runs/walking: No space left on device"

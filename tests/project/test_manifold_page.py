@@ -1,4 +1,4 @@
-"""The commands of docs/manifold.md that need no data, run as they are printed."""
+"""Run the commands of docs/manifold.md that need no data."""
 
 import re
 import shlex
@@ -12,8 +12,8 @@ from npss_baselines.manifold.applications.restore import RESTORATIONS
 PAGE = Path(__file__).parents[2] / "docs" / "manifold.md"
 
 
-@pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
-def test_the_commands_do_what_the_page_says(tmp_path, monkeypatch, capsys):
+@pytest.mark.skipif(not PAGE.exists(), reason="needs the documentation")
+def test_commands(tmp_path, monkeypatch, capsys):
     pytest.importorskip("torch")
     pytest.importorskip("matplotlib")
     monkeypatch.chdir(tmp_path)
@@ -23,6 +23,6 @@ def test_the_commands_do_what_the_page_says(tmp_path, monkeypatch, capsys):
         assert program == "npss-baselines"
         assert main(arguments) == 0, capsys.readouterr().err
     printed = capsys.readouterr().out
-    for use in (*RESTORATIONS, "interpolate", "sample", "filters"):
-        assert f"\n{use}: " in printed
+    for application in (*RESTORATIONS, "interpolate", "sample", "filters"):
+        assert f"\n{application}: " in printed
     assert Path("repair.png").stat().st_size > 10_000

@@ -1,4 +1,4 @@
-"""What is public: what `docs/api` lists and an `__all__` holds, documented, with examples that run; and numpy alone."""
+"""Tests of the public API: `docs/api` matches `__all__`, docstrings are complete, examples run, numpy is enough."""
 
 import ast
 import doctest
@@ -18,7 +18,7 @@ from modules import MODULES
 
 ROOT = Path(__file__).parents[2]
 PUBLIC = ["npss", *(name for name in MODULES if name.startswith("npss.") and "._" not in name)]
-#: What packages on top of npss share with it; all else is for people who score motion, and has examples.
+#: Modules for packages on top of npss. All other modules are for users, and have examples.
 SHARED = ("commands", "console", "extras", "files", "plot.style", "plugins", "ranking", "records", "validation")
 FUNCTIONS = []
 for _name in PUBLIC:
@@ -30,7 +30,7 @@ for _name in PUBLIC:
 
 
 def public_names(name):
-    """Read `__all__` without importing the module, which may need what is not installed."""
+    """Read `__all__` without importing the module, whose dependencies can be missing."""
     path = Path(npss.__file__).parents[1].joinpath(*name.split("."))
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     values = [
@@ -42,8 +42,8 @@ def public_names(name):
 
 
 def documented_names():
-    """Return what the directives of `docs/api` document, by module."""
-    found = defaultdict(set)
+    """Return the names that `docs/api` documents, by module."""
+    names = defaultdict(set)
     for page in sorted((ROOT / "docs" / "api").glob("*.md")):
         module = ""
         for kind, name, options in re.findall(
@@ -51,24 +51,24 @@ def documented_names():
         ):
             if kind in ("automodule", "py:module"):
                 module = name
-                found[name].update(public_names(name) if ":members:" in options else ())
+                names[name].update(public_names(name) if ":members:" in options else ())
                 if excluded := re.search(r":exclude-members: (.*)", options):
-                    found[name].difference_update(excluded[1].split(", "))
+                    names[name].difference_update(excluded[1].split(", "))
                 if parent := name.rpartition(".")[0]:
-                    found[parent].add(name.rpartition(".")[2])
+                    names[parent].add(name.rpartition(".")[2])
             else:
                 parent, _, last = name.rpartition(".")
-                found[parent or module].add(last)
-    return found
+                names[parent or module].add(last)
+    return names
 
 
-def test_public_is_what_the_documentation_lists_and_all_holds():
+def test_documentation_matches_all():
     documented = documented_names()
     assert set(documented) == set(PUBLIC)
     for name in PUBLIC:
         submodules = {module.rpartition(".")[2] for module in PUBLIC if module.rpartition(".")[0] == name}
         names = set(public_names(name))
-        elsewhere = {"Interval"} if name == "npss.study" else set()  # which is npss.Interval
+        elsewhere = {"Interval"} if name == "npss.study" else set()  # documented as npss.Interval
         assert documented[name] - submodules == names - submodules - elsewhere, name
 
 
@@ -83,7 +83,7 @@ def test_public_names_are_sorted_and_exist(name):
     assert all(hasattr(module, name) for name in names)
 
 
-def test_the_baselines_import_public_names_alone():
+def test_baselines_import_only_public_names():
     private = [
         f"{path}:{node.lineno}: {module} {name}"
         for path in sorted(Path(npss_baselines.__file__).parent.rglob("*.py"))
@@ -114,7 +114,7 @@ def test_examples_run(name):
 
 
 @pytest.mark.parametrize(("space", "name"), FUNCTIONS)
-def test_public_functions_are_documented_in_whole(space, name):
+def test_public_functions_have_all_docstring_sections(space, name):
     function = getattr(sys.modules[space], name)
     signature = inspect.signature(function)
     sections = ["Parameters"] * bool(signature.parameters)
@@ -130,20 +130,24 @@ def test_public_functions_are_documented_in_whole(space, name):
 
 
 @pytest.mark.parametrize(("space", "name"), FUNCTIONS)
-def test_what_is_given_has_a_name_and_options_have_to_be_called_by_theirs(space, name):
+def test_options_are_keywords(space, name):
     parameters = inspect.signature(getattr(sys.modules[space], name)).parameters.values()
     assert all(parameter.kind != parameter.POSITIONAL_ONLY for parameter in parameters)
-    by_place = [one for one in parameters if one.kind == one.POSITIONAL_OR_KEYWORD and one.default is not one.empty]
-    assert by_place in ([], by_place[:1])  # `signature("released")`
+    positional = [
+        parameter
+        for parameter in parameters
+        if parameter.kind == parameter.POSITIONAL_OR_KEYWORD and parameter.default is not parameter.empty
+    ]
+    assert positional in ([], positional[:1])  # `signature("released")`
 
 
-def test_what_is_imported_late_is_there_all_the_same():
+def test_lazy_imports():
     assert set(npss.__all__) <= set(dir(npss))
     with pytest.raises(AttributeError, match="module 'npss' has no attribute 'scores'"):
         _ = npss.scores
 
 
-def test_importing_npss_imports_numpy_alone():
+def test_importing_npss_imports_only_numpy():
     code = (
         "import sys, numpy; before = set(sys.modules); import npss; "
         "tops = {name.partition('.')[0] for name in set(sys.modules) - before}; "
@@ -153,7 +157,7 @@ def test_importing_npss_imports_numpy_alone():
     assert done.stdout.strip() == ""
 
 
-def test_both_packages_have_the_one_version():
+def test_both_packages_have_the_same_version():
     from importlib.metadata import requires, version
 
     assert version("npss-metric") == version("npss-baselines") == npss.__version__

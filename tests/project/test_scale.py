@@ -1,4 +1,4 @@
-"""The programs of docs/scale, run as they are printed: real processes, the bits of one pass."""
+"""Run the programs of docs/scale.md: their scores equal those of a single pass, to the bit."""
 
 import os
 import re
@@ -24,13 +24,13 @@ def programs():
     return dict(sections)
 
 
-@pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
-def test_the_page_has_the_three():
+@pytest.mark.skipif(not PAGE.exists(), reason="needs the documentation")
+def test_page_has_all_programs():
     assert programs().keys() == NEEDS.keys()
 
 
 @pytest.mark.parametrize("name", programs())
-def test_gives_the_bits_of_one_pass(name, tmp_path):
+def test_scores_equal_a_single_pass(name, tmp_path):
     pytest.importorskip(NEEDS[name])
     program = tmp_path / "program.py"
     program.write_text(programs()[name], encoding="utf-8")
