@@ -73,10 +73,10 @@ def simulated(pairs, sets):
         "srnn-8: chains; 6 blocks or more": (patterns("srnn-8", 6), False),
     }
     print(f"\n{'':62}  phi   P(p <= .05)  coverage of 95 %")
-    for name, (some, with_interval) in cases.items():
+    for name, (sample, with_interval) in cases.items():
         for phi in PHIS:
             wrong = "every window" in name  # slow, and a rough number is enough
-            rejected, held = overlap.rates(some, phi, sets=sets // 5 if wrong else sets)
+            rejected, held = overlap.rates(sample, phi, sets=sets // 5 if wrong else sets)
             print(f"{name:62}  {phi:<4}  {rejected:.3f}        {f'{held:.3f}' if with_interval else ''}", flush=True)
 
 
@@ -102,8 +102,8 @@ def real(clips, sets):
 def windows_of(action, clips):
     """Return the windows of all subjects that lie within a stretch, ``(N, 150, 99)``, and their stretches."""
     windows, labels = [], []
-    for (subject, its), pair in clips.items():
-        for number, clip in enumerate(pair if its == action else ()):
+    for (subject, performed), pair in clips.items():
+        for number, clip in enumerate(pair if performed == action else ()):
             for start in range(N_SEED, len(clip) - overlap.N_TARGET + 1, STEP):
                 if start % overlap.STRETCH <= overlap.STRETCH - overlap.N_TARGET:
                     windows.append(clip[start - N_SEED : start + overlap.N_TARGET])
@@ -116,8 +116,8 @@ def coverage(numerator, weight, n, sets):
     drawn = np.random.default_rng(0).integers(len(weight), size=(sets, n))
     true = numerator.sum() / weight.sum()
     return np.mean([
-        overlap.covers(numerator[some], weight[some], true, seed=i, resamples=999)
-        for i, some in enumerate(np.array_split(drawn, max(1, sets // 20)))
+        overlap.covers(numerator[blocks], weight[blocks], true, seed=i, resamples=999)
+        for i, blocks in enumerate(np.array_split(drawn, max(1, sets // 20)))
     ])  # fmt: skip
 
 

@@ -81,8 +81,8 @@ def test_steps_of_the_schedule():
     print(f"{'phase':10}{'by hand':>9}{'autograd':>10}{'times faster':>14}")
     total = np.zeros(2)
     for phase in configuration.phases:
-        both = contenders(phase, network)
-        took = np.array([[seconds(step) for step in both] for _ in range(TURNS + 1)])[1:].min(0)
+        steps = contenders(phase, network)
+        took = np.array([[seconds(step) for step in steps] for _ in range(TURNS + 1)])[1:].min(0)
         total += took
         print(f"{phase.name:10}{1e3 * took[0]:9.2f}{1e3 * took[1]:10.2f}{took[1] / took[0]:14.2f}")
     hand, autograd = total * WINDOWS * EPOCHS / 60

@@ -27,11 +27,11 @@ def best(*contenders, turns=7):
         start = time.perf_counter()
         contender()
         calls.append(int(LEAST / (time.perf_counter() - start)) + 1)
-    for turn, (which, contender) in ((t, c) for t in range(turns) for c in enumerate(contenders)):
+    for turn, (index, contender) in ((t, c) for t in range(turns) for c in enumerate(contenders)):
         start = time.perf_counter()
-        for _ in range(calls[which]):
+        for _ in range(calls[index]):
             contender()
-        seconds[turn, which] = (time.perf_counter() - start) / calls[which]
+        seconds[turn, index] = (time.perf_counter() - start) / calls[index]
     return seconds.min(axis=0)
 
 
@@ -63,8 +63,8 @@ def test_against_vectorised_code():
         ours = scores(pair, [array.astype(np.float32) for array in pair])
         took = 1e3 * best(*peer, *ours, partial(rffts, *pair), partial(read, *pair))
         print(f"{', '.join(map(str, shape)):14} {took[0]:13.1f} {took[1]:10.1f}", end="")
-        for which, time_of_ours in enumerate(took[2:6]):
-            print(f" {time_of_ours:7.2f} ({took[which % 2] / time_of_ours:4.1f})", end="")
+        for index, time_of_ours in enumerate(took[2:6]):
+            print(f" {time_of_ours:7.2f} ({took[index % 2] / time_of_ours:4.1f})", end="")
         print(f" {took[6]:10.1f} {took[7]:8.2f}")
         assert abs(ours[0]() - peer[0]()) < 1e-10
         assert abs(ours[1]() - peer[1]()) < 1e-10

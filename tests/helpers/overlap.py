@@ -90,11 +90,11 @@ def rates(patterns, phi, *, sets, seed=0):
     At least `sets` records are simulated, equally many for each pattern.
     """
     rng = np.random.default_rng(seed)
-    each = -(-sets // len(patterns))
+    count = -(-sets // len(patterns))
     rejected, held = [], []
     for simulated in patterns:
         weight = simulated.blocks.sums(simulated.weight)
-        error = simulated.blocks.sums(simulated.weight * simulated.errors(phi, rng, each))
+        error = simulated.blocks.sums(simulated.weight * simulated.errors(phi, rng, count))
         rejected += [sign_flips(errors, weight, seed=i).p_value() <= 0.05 for i, errors in enumerate(error)]
         true = 10.0  # so that no score is negative
         held += list(covers(error + true * weight, np.broadcast_to(weight, error.shape), true, seed=len(held)))

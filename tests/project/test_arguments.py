@@ -157,7 +157,7 @@ def documented_choices():
         module = import_module(name)
         classes = [value for value in vars(module).values() if inspect.isclass(value) and value.__module__ == name]
         functions = [value for value in vars(module).values() if inspect.isfunction(value) and value.__module__ == name]
-        functions += [value for one in classes for value in vars(one).values() if inspect.isfunction(value)]
+        functions += [value for owner in classes for value in vars(owner).values() if inspect.isfunction(value)]
         for documented in [*functions, *classes]:
             for names, text in re.findall(r"^ *([a-z_, ]+) : [^{\n]*\{(.*?)\}", documented.__doc__ or "", re.M):
                 for argument in names.split(", "):
@@ -199,13 +199,13 @@ def public_classes():
 def test_result_fields_are_documented_as_attributes():
     made_by_users = {"Convention", "Format", "Skeleton"}
     seen = 0
-    for one in public_classes():
-        fields = [field.name for field in dataclasses.fields(one)] if dataclasses.is_dataclass(one) else []
-        fields += getattr(one, "_fields", ())
-        section = "Parameters" if one.__name__ in made_by_users else "Attributes"
+    for kind in public_classes():
+        fields = [field.name for field in dataclasses.fields(kind)] if dataclasses.is_dataclass(kind) else []
+        fields += getattr(kind, "_fields", ())
+        section = "Parameters" if kind.__name__ in made_by_users else "Attributes"
         if fields:
-            assert f"\n{section}\n---" in inspect.getdoc(one), one
-            text = inspect.getdoc(one).partition(f"\n{section}\n")[2]
+            assert f"\n{section}\n---" in inspect.getdoc(kind), kind
+            text = inspect.getdoc(kind).partition(f"\n{section}\n")[2]
             assert [
                 name for name in fields if name[0] != "_" and not re.search(rf"^[a-z_, ]*\b{name}\b.* : ", text, re.M)
             ] == []
@@ -220,8 +220,8 @@ def test_intervals_have_named_ends():
     tested = study.binomial_test(8, 10, 5, 10)
     intervals = [npss.report(gt, 0 * gt).interval(), comparison.interval(), few.interval()]
     intervals += [study.wilson_interval(3, 9), tested.interval_a, tested.interval_b, tested.interval_difference]
-    assert {type(one) for one in intervals} == {npss.Interval}
-    assert all(one.low <= one.high for one in intervals)
+    assert {type(interval) for interval in intervals} == {npss.Interval}
+    assert all(interval.low <= interval.high for interval in intervals)
 
 
 def test_all_arguments_of_public_functions_are_documented():

@@ -101,8 +101,8 @@ def test_ways_to_name_plugins(folder):
 def test_an_installed_plugin(folder):
     """Install the plugin: put metadata beside the module."""
     declared = tomllib.loads(printed("file", "pyproject.toml"))["project"]
-    there = folder / "installed"
+    site = folder / "installed"
     ((group, points),) = declared["entry-points"].items()
-    declare(there, group, points)
-    (folder / "text_format.py").rename(there / "text_format.py")
-    assert "NPSS" in call(folder, "npss score walking.poses", there)
+    declare(site, group, points)
+    (folder / "text_format.py").rename(site / "text_format.py")
+    assert "NPSS" in call(folder, "npss score walking.poses", site)

@@ -139,7 +139,7 @@ def test_values_outside_the_range_of_tanh_are_clipped():
 def test_a_shift_by_a_stride_moves_the_code_by_a_step(shift, seed):
     made = network(seed=3)
     x = motion(1, 48 + 8 * 16, seed=seed)[0]
-    # A unit of the last layer sees 2 + 2 * 2 + 4 * 2 frames more on either side than those that are its own.
+    # A unit of the last layer sees 2 + 2 * 2 + 4 * 2 frames on either side of its step.
     clear = slice(2, -2)
     with torch.no_grad():
         still, moved = made.encode(torch.stack([x[40:], x[40 - shift : -shift]])).numpy()

@@ -69,7 +69,7 @@ class TestPictures:
         (axes,) = figures.retrieval(records).axes
         assert [bar.get_width() for bar in axes.patches] == [0.4, 0.6]
         middles = [bar.get_y() + bar.get_height() / 2 for bar in axes.patches]
-        assert axes.get_ylim() == pytest.approx((min(middles) - 1, max(middles) + 1))  # however many there are
+        assert axes.get_ylim() == pytest.approx((min(middles) - 1, max(middles) + 1))  # for any number of bars
 
     def test_unknown_clip(self, testbed, motions):
         assert figures.clip_named(motions, "synthetic/gait/3") == figures.clip_named(motions, "gait/3") == 3

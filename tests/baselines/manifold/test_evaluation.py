@@ -228,9 +228,9 @@ def walks_and_runs(motions):
 
 class TestNearness:
     def test_against_retrieval_by_hand(self, walks_and_runs, testbed):
-        of = Testbed(walks_and_runs, testbed.manifolds)
-        of.__dict__["pca"] = testbed.pca
-        records = list(similarity.nearness(of))
+        own = Testbed(walks_and_runs, testbed.manifolds)
+        own.__dict__["pca"] = testbed.pca
+        records = list(similarity.nearness(own))
         manifold = testbed.manifolds["manifold"]
         clips = [i for i in range(8) if i != 4]
         codes = [manifold.encode(walks_and_runs.features[i][np.newaxis])[0] for i in clips]
@@ -284,10 +284,10 @@ class TestNearness:
     def test_ranking(self, testbed, motions):
         ranked = [r for r in similarity.ranking(testbed, 3, 4) if r["method"] == "manifold"]
         manifold = testbed.manifolds["manifold"]
-        codes = [manifold.encode(each[np.newaxis])[0] for each in motions.features]
-        far = {i: float(g(codes[3], codes[i])) for i in range(8) if i != 3}
-        assert [r["index"] for r in ranked] == sorted(far, key=far.__getitem__)[:4]
-        assert [r["value"] for r in ranked] == pytest.approx([far[r["index"]] for r in ranked])
+        codes = [manifold.encode(features[np.newaxis])[0] for features in motions.features]
+        distances = {i: float(g(codes[3], codes[i])) for i in range(8) if i != 3}
+        assert [r["index"] for r in ranked] == sorted(distances, key=distances.__getitem__)[:4]
+        assert [r["value"] for r in ranked] == pytest.approx([distances[r["index"]] for r in ranked])
 
     def test_a_pair(self, testbed, motions):
         (first, second) = similarity.distance(testbed, 0, 1)
@@ -308,9 +308,9 @@ class TestGOfPoses:
     def test_symmetric_and_positive(self, testbed, poses):
         manifold = testbed.manifolds["manifold"]
         held = np.repeat(poses[:, :1], 60, axis=1)
-        there, back = g_of_poses(manifold, poses, held), g_of_poses(manifold, held, poses)
-        assert there == pytest.approx(back)
-        assert (there > 0).all()
+        forward, back = g_of_poses(manifold, poses, held), g_of_poses(manifold, held, poses)
+        assert forward == pytest.approx(back)
+        assert (forward > 0).all()
 
     def test_root_motion_does_not_matter(self, testbed, poses):
         other = poses.copy()

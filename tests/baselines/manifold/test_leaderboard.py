@@ -52,7 +52,7 @@ def test_g_of_each_model(manifold):
             clips = [Clip(str(i), "poses", "", "", 25, joints_of_poses(motion)) for i, motion in enumerate(still)]
             codes.append(projector.encode(np.stack(prepare(clips).features)).astype(float))
         gt, pred = codes
-        expected = sum(((of(gt, axis=1) - of(pred, axis=1)) ** 2).sum(axis=1) for of in (np.max, np.min))
+        expected = sum(((extreme(gt, axis=1) - extreme(pred, axis=1)) ** 2).sum(axis=1) for extreme in (np.max, np.min))
         np.testing.assert_allclose(record["sequences"]["metrics"]["G"], expected, rtol=1e-9)
         assert record["metrics"]["G"] == pytest.approx(expected.mean())
         fields = npss.parse_signature(record["signatures"]["G"])

@@ -36,14 +36,16 @@ def test_components_are_the_right_singular_vectors(n, statistics):
     )
 
 
-@pytest.mark.parametrize(("n", "rank", "wanted", "there_are"), [(20, 5, 5120, 5), (20, 48, 5120, 19), (99, 48, 48, 48)])
-def test_number_of_components(n, rank, wanted, there_are):
+@pytest.mark.parametrize(
+    ("n", "rank", "n_components", "expected"), [(20, 5, 5120, 5), (20, 48, 5120, 19), (99, 48, 48, 48)]
+)
+def test_number_of_components(n, rank, n_components, expected):
     motions = windows(n, rank)
-    fitted = fit_pca(motions.astype(np.float64), PLAIN, n_components=wanted)
-    assert fitted.components.shape == (there_are, 48)
+    fitted = fit_pca(motions.astype(np.float64), PLAIN, n_components=n_components)
+    assert fitted.components.shape == (expected, 48)
     np.testing.assert_allclose(
         fitted.project(motions), motions, rtol=0, atol=1e-9
-    )  # what was fitted is on the manifold
+    )  # fitted windows are on the manifold
 
 
 def test_more_components_reconstruct_better_and_projection_is_idempotent():

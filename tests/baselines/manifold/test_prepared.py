@@ -50,7 +50,7 @@ def same(first, second):
     return True
 
 
-# What is in a set
+# Contents of a set
 
 
 def test_contents(motion):
@@ -338,22 +338,22 @@ def test_without_data_motion_is_generated(tmp_path):
 
 
 def test_cmu(cmu_root):
-    some = motion_set({"cmu": cmu_root}, quick=True)
-    assert {clip.subject for clip in some.clips} == {f"cmu/{subject}" for subject in cmu.QUICK_SUBJECTS}
-    check_real(some)
+    part = motion_set({"cmu": cmu_root}, quick=True)
+    assert {clip.subject for clip in part.clips} == {f"cmu/{subject}" for subject in cmu.QUICK_SUBJECTS}
+    check_real(part)
 
 
 def test_dances_and_martial_arts(cmu_styles_root):
-    some = motion_set({"cmu-styles": cmu_styles_root}, quick=True)
-    assert [clip.source for clip in some.clips] == ["cmu-styles"] * QUICK
-    check_real(some)
+    part = motion_set({"cmu-styles": cmu_styles_root}, quick=True)
+    assert [clip.source for clip in part.clips] == ["cmu-styles"] * QUICK
+    check_real(part)
 
 
 def test_human36m(h36m_root, tmp_path):
-    some = motion_set({"h36m": h36m_root}, quick=True, cache=tmp_path)
-    assert [clip.subject for clip in some.clips] == ["h36m/S1", "h36m/S1", "h36m/S5", "h36m/S5"]
-    check_real(some)
-    same(motion_set({"h36m": h36m_root}, quick=True, cache=tmp_path), some)
+    part = motion_set({"h36m": h36m_root}, quick=True, cache=tmp_path)
+    assert [clip.subject for clip in part.clips] == ["h36m/S1", "h36m/S1", "h36m/S5", "h36m/S5"]
+    check_real(part)
+    same(motion_set({"h36m": h36m_root}, quick=True, cache=tmp_path), part)
 
 
 def check_real(motion):

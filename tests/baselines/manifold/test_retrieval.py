@@ -47,11 +47,11 @@ clips = st.lists(st.tuples(st.sampled_from("abc"), st.sampled_from(["s", "t", ""
 class TestRetrieve:
     @given(clips, st.sampled_from(MATCHES), st.integers(0, 1000))
     def test_brute_force(self, clips, matches, seed):
-        labels, who = zip(*clips, strict=True)
+        labels, subjects = zip(*clips, strict=True)
         distances = np.random.default_rng(seed).integers(0, 6, (len(labels), len(labels)))  # with ties
-        result = retrieve(distances, labels, who, matches=matches)
+        result = retrieve(distances, labels, subjects, matches=matches)
         for query in range(len(labels)):
-            hits = ranking(query, distances, labels, who, matches)
+            hits = ranking(query, distances, labels, subjects, matches)
             if not any(hits):
                 assert np.isnan([result.precision[query], result.nearest[query]]).all()
             else:
@@ -61,9 +61,9 @@ class TestRetrieve:
     def test_by_hand(self):
         # Query 0 is a walk of A's. In order of distance: B's walk, A's run, A's walk, C's run, C's walk.
         labels = ["walk", "walk", "run", "walk", "run", "walk"]
-        who = ["A", "B", "A", "A", "C", "C"]
+        subjects = ["A", "B", "A", "A", "C", "C"]
         distances = np.abs(np.subtract.outer(np.arange(6.0), np.arange(6.0)))
-        result = {matches: retrieve(distances, labels, who, matches=matches) for matches in MATCHES}
+        result = {matches: retrieve(distances, labels, subjects, matches=matches) for matches in MATCHES}
         assert result["any"].precision[0] == pytest.approx((1 / 1 + 2 / 3 + 3 / 5) / 3)
         assert result["same subject"].precision[0] == pytest.approx(1 / 2)  # run, walk, run
         assert result["other subject"].precision[0] == pytest.approx((1 / 1 + 2 / 4) / 2)  # B, run, run, C
@@ -72,10 +72,20 @@ class TestRetrieve:
         assert [result[matches].n_queries for matches in MATCHES] == [6, 2, 6]
 
     def test_an_action_of_one_subject_has_no_match_in_another(self):
-        labels, who = ["dance", "dance", "walk", "walk"], ["A", "A", "A", "B"]
+        labels, subjects = ["dance", "dance", "walk", "walk"], ["A", "A", "A", "B"]
         distances = np.random.default_rng(0).random((4, 4))
-        assert list(np.isfinite(retrieve(distances, labels, who, matches="other subject").precision)) == [0, 0, 1, 1]
-        assert list(np.isfinite(retrieve(distances, labels, who, matches="same subject").precision)) == [1, 1, 0, 0]
+        assert list(np.isfinite(retrieve(distances, labels, subjects, matches="other subject").precision)) == [
+            0,
+            0,
+            1,
+            1,
+        ]
+        assert list(np.isfinite(retrieve(distances, labels, subjects, matches="same subject").precision)) == [
+            1,
+            1,
+            0,
+            0,
+        ]
 
     def test_unknown_subjects_match_neither(self):
         result = [retrieve(np.zeros((2, 2)), ["a", "a"], ["", ""], matches=matches).n_queries for matches in MATCHES]
@@ -88,9 +98,9 @@ class TestRetrieve:
 
     @given(clips, st.integers(0, 1000))
     def test_the_scale_of_a_distance_does_not_matter(self, clips, seed):
-        labels, who = zip(*clips, strict=True)
+        labels, subjects = zip(*clips, strict=True)
         distances = np.random.default_rng(seed).random((len(labels), len(labels)))
-        first, squared = retrieve(distances, labels, who), retrieve(distances**2, labels, who)
+        first, squared = retrieve(distances, labels, subjects), retrieve(distances**2, labels, subjects)
         assert np.array_equal(first.precision, squared.precision, equal_nan=True)
 
     @pytest.mark.parametrize(
@@ -103,18 +113,18 @@ class TestRetrieve:
             (np.zeros((2, 2)), "ab", "ab", "all", "matches: expected one of any, same subject"),
         ],
     )
-    def test_bad_input(self, distances, labels, who, matches, message):
+    def test_bad_input(self, distances, labels, subjects, matches, message):
         with pytest.raises(ValueError, match=message):
-            retrieve(distances, list(labels), list(who), matches=matches)
+            retrieve(distances, list(labels), list(subjects), matches=matches)
 
 
 class TestChance:
     @pytest.mark.parametrize("matches", MATCHES)
     def test_chance_is_the_average_over_all_orders(self, matches):
-        labels, who = ["a", "a", "a", "b", "b"], ["s", "s", "t", "t", ""]
-        expected = chance(labels, who, matches=matches)
+        labels, subjects = ["a", "a", "a", "b", "b"], ["s", "s", "t", "t", ""]
+        expected = chance(labels, subjects, matches=matches)
         orders = [
-            retrieve(np.tile(np.argsort(order), (5, 1)), labels, who, matches=matches)
+            retrieve(np.tile(np.argsort(order), (5, 1)), labels, subjects, matches=matches)
             for order in itertools.permutations(range(5))
         ]
         for name in ("precision", "nearest"):

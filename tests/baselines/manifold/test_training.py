@@ -42,7 +42,7 @@ def sets():
     return walkers(4, 240, 1), walkers(2, 160, 2)
 
 
-# --- the loss, and its gradient by hand ---
+# --- the loss and its gradient ---
 
 
 def frame_weights(mask, pooled, width):
@@ -213,7 +213,7 @@ def test_training_equals_a_plain_loop(sets, tmp_path):
     assert [row["loss"] for row in rows] == pytest.approx([loss for _, _, loss in expected], rel=1e-4)
     for name, value in outcome(tmp_path)["weights"].items():
         torch.testing.assert_close(value, network.state_dict()[name.removeprefix("network.")], rtol=1e-4, atol=1e-5)
-    # The error, measured anew from the file.
+    # Measure the error again, from the file.
     projected = folder.load(tmp_path).projector.project(validation_set.windows)
     distances = np.linalg.norm(local_positions(projected) - local_positions(validation_set.windows), axis=-1)
     assert rows[-1]["error"] == pytest.approx(distances[validation_set.mask].mean(), rel=1e-5)
@@ -238,7 +238,7 @@ def test_interrupted_run_gives_the_same_result(tmp_path, sets, processes):
         process.join()
         assert process.exitcode == -signal.SIGKILL, (moment, number)
         if (out / weights.FILE).exists():
-            folder.load(out)  # what is there is whole
+            folder.load(out)  # the file is whole
     assert (out / weights.FILE).exists()
     assert trained(out, configuration, sets) == expected
     assert same(outcome(out), outcome(tmp_path / "whole"))

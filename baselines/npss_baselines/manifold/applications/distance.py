@@ -134,7 +134,7 @@ def g_of_poses(projector: Projector, gt: npt.ArrayLike, pred: npt.ArrayLike, *, 
     A score of 0 means that hidden units have equal extremes, not that motions are equal: G ignores when something
     happens, and nearly ignores how often.
     """
-    first, second = (_features_of(each, fps) for each in motion_pair(gt, pred))
+    first, second = (_features_of(poses, fps) for poses in motion_pair(gt, pred))
     return g(projector.encode(first), projector.encode(second))
 
 

@@ -88,16 +88,18 @@ def retrieve(
     >>> retrieve(distances, ["walk", "walk", "walk", "run"], ["a", "a", "b", "b"], matches="other subject").nearest
     array([ 0.,  0.,  0., nan])
     """
-    far = np.asarray(distances)
+    pairwise = np.asarray(distances)
     right, ranked = _pairs(labels, subjects, matches)
-    if far.shape != right.shape:
-        raise ValueError(f"distances: expected shape (N, N) = {right.shape} for {len(labels)} labels, got {far.shape}")
-    if np.isnan(far).any():
+    if pairwise.shape != right.shape:
+        raise ValueError(
+            f"distances: expected shape (N, N) = {right.shape} for {len(labels)} labels, got {pairwise.shape}"
+        )
+    if np.isnan(pairwise).any():
         raise ValueError("distances: NaN cannot be ranked")
-    precision, nearest = np.full((2, len(far)), np.nan)
+    precision, nearest = np.full((2, len(pairwise)), np.nan)
     for query in np.flatnonzero(right.any(axis=1)):
         others = np.flatnonzero(ranked[query])
-        hits = right[query, others[np.argsort(far[query, others], kind="stable")]]
+        hits = right[query, others[np.argsort(pairwise[query, others], kind="stable")]]
         precision[query] = (np.cumsum(hits) / np.arange(1, len(hits) + 1))[hits].mean()
         nearest[query] = hits[0]
     return Retrieved(precision, nearest)
@@ -153,9 +155,9 @@ def auc(distances: npt.ArrayLike, labels: Sequence[str]) -> float:
     alike = names[first] == names[second]
     if not alike.any():
         return float("nan")
-    far = np.asarray(distances)[first, second]
-    apart = np.sort(far[~alike])
-    not_further = [np.searchsorted(apart, far[alike], side) for side in ("left", "right")]
+    lengths = np.asarray(distances)[first, second]
+    apart = np.sort(lengths[~alike])
+    not_further = [np.searchsorted(apart, lengths[alike], side) for side in ("left", "right")]
     return float(1 - np.mean(not_further) / len(apart))
 
 

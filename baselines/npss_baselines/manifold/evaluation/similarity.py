@@ -96,12 +96,12 @@ def ranking(testbed: Testbed, query: int, n: int) -> Iterator[Record]:
     for window in motions.windows[motions.clip_of == query]:
         np.minimum.at(closest, motions.clip_of, np.linalg.norm(motions.windows - window, axis=(1, 2)))
     by_method[Method("euclidean"), "distance"] = closest
-    for (method, metric), far in by_method.items():
-        others = [int(i) for i in np.argsort(far, kind="stable") if i != query]
+    for (method, metric), distances in by_method.items():
+        others = [int(i) for i in np.argsort(distances, kind="stable") if i != query]
         for rank, i in enumerate(others[:n], 1):
             clip = motions.clips[i]
             details = {"rank": rank, "clip": clip.name, "label": actions[i], "subject": clip.subject, "index": i}
-            for record in records_of(testbed, "nearest", method, {metric: float(far[i])}, context):
+            for record in records_of(testbed, "nearest", method, {metric: float(distances[i])}, context):
                 yield record | details
 
 

@@ -117,8 +117,8 @@ def foot_speed(positions: Array, skeleton: Skeleton, mask: Mask, *, fps: float) 
     height = np.where(mask[:, :, np.newaxis], feet[..., 1], np.inf)
     grounded = height - height.min(axis=(1, 2), keepdims=True) < NEAR
     speed = fps * np.linalg.norm(np.diff(feet[..., ::2], axis=1), axis=-1)
-    both = grounded[:, 1:] & grounded[:, :-1]
-    return float(speed[both].mean()) if both.any() else float("nan")
+    stays = grounded[:, 1:] & grounded[:, :-1]
+    return float(speed[stays].mean()) if stays.any() else float("nan")
 
 
 def power_error(gt: Array, pred: Array, mask: Mask) -> float:
@@ -139,7 +139,9 @@ def power_error(gt: Array, pred: Array, mask: Mask) -> float:
     whole = mask.all(axis=1)
     if not whole.any():
         return float("nan")
-    sequences: list[Float64] = [each[whole].reshape(int(whole.sum()), each.shape[1], -1) for each in (gt, pred)]
+    sequences: list[Float64] = [
+        positions[whole].reshape(int(whole.sum()), positions.shape[1], -1) for positions in (gt, pred)
+    ]
     return npss.score(*sequences)
 
 
