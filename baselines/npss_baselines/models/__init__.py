@@ -11,7 +11,7 @@ __all__ = ["MODELS", "ModelSpec", "register_model"]
 
 
 def __getattr__(name: str) -> Any:
-    # Imported when it is first asked for: the commands that need no model need no torch.
+    # Imported on first access: commands without models need no torch.
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from npss_baselines.models import registry

@@ -1,17 +1,17 @@
-"""Backpropagation through time by hand, for the Body RNN: less than two thirds of the time that autograd takes.
+"""Backpropagation through time by hand, for the Body RNN: less than two thirds of autograd's time.
 
-Forwards, few and large products, which autograd could have, too:
+Forward, the products are few and large, as they could be with autograd:
 
-- an open loop and a closed one, which share what was read before, are one batch from there on;
-- what the guides contribute is one product for all steps, and serves both loops.
+- an open and a closed loop share the steps before they part, and are one batch from there on;
+- the guides enter by one product for all steps, which serves both loops.
 
-Backwards, what autograd does not do. It adds up the gradient of a weight step by step, a product and a sum over all of
-the weight at each of 150 steps; here a step writes the gradients of its sums into its row of a matrix, and the gradient
-of a weight is one product at the end, over the rows of all steps. Nor does it keep what lies side by side together:
-here a step's inputs and gates are neighbours in one row (`npss_baselines.models._rows`), and no copy joins them.
-Gradients flow back through what is fed back: the decoder, the derivatives and dropout.
+Backward, this module does what autograd does not. Autograd accumulates the gradient of a weight step by step: 150 times
+a product and a sum over the whole weight. Here, a step writes the gradients of its sums into its row of a matrix, and
+the gradient of a weight is one product at the end, over the rows of all steps. Autograd also copies values together
+before a product; here, a step's inputs and gates are neighbours in one row (`npss_baselines.models._rows`). Gradients
+flow through the whole feedback: decoder, derivatives and dropout.
 
-`benchmarks/test_training_speed.py` measures it against autograd, and the tests compare every entry of its Jacobian.
+`benchmarks/test_training_speed.py` compares its speed with autograd's; the tests compare every entry of its Jacobian.
 """
 
 from __future__ import annotations
@@ -27,56 +27,56 @@ from npss_baselines.models.cells import Blocks
 
 
 class Loop(NamedTuple):
-    """How the frames of a window follow each other, in a batch of windows."""
+    """The inputs of each step, for a batch of windows."""
 
     batch: int
-    own: tuple[bool, ...]  # (T,): whether a step reads the prediction before it, instead of the frame
-    beside: bool  # whether, from the first such step on, a second stream reads the frames, in open loop
+    own: tuple[bool, ...]  # (T,): whether a step reads the previous prediction instead of the frame
+    beside: bool  # whether, from the first such step on, a second stream reads the frames in open loop
     order: int  # of the derivatives
     step: int  # of the derivatives
-    residual: bool  # whether the decoder predicts the difference from the pose that is read
-    own_past: bool = False  # whether differences in closed loop are of predictions alone, and those of frames of frames
+    residual: bool  # whether the decoder predicts the difference from the input pose
+    own_past: bool = False  # whether derivatives of predictions use predictions alone, and those of frames frames alone
 
     @property
     def n_shared(self) -> int:
-        """Return how many steps there are before the first that reads a prediction."""
+        """The number of steps before the first one that reads a prediction."""
         return (*self.own, True).index(True)
 
     @property
     def first_past(self) -> int:
-        """Return from which step on differences are taken here: of all predictions, or of what is read."""
+        """The first step whose derivatives are computed here: of all predictions, or of the inputs."""
         return max(self.n_shared - self.order * self.step, 0) if self.own_past else self.n_shared
 
     @property
     def n_streams(self) -> int:
-        """Return how many streams there are from then on."""
+        """The number of streams from then on."""
         return 2 if self.beside else 1
 
     @property
     def n_visits(self) -> int:
-        """Return how many batches of rows there are, those of all streams."""
+        """The number of batches of rows, over all streams."""
         return self.n_shared + self.n_streams * (len(self.own) - self.n_shared)
 
     def arrange(self, drawn: Tensor) -> Tensor:
-        """Return the rows (R, ...) of what is drawn (V, B, ...) step after step of one stream, then of the other."""
+        """Return the rows (R, ...) of values drawn (V, B, ...) for the steps of one stream, then of the other."""
         S, n = self.n_shared, self.n_streams
         streams = drawn[S:].view(n, len(self.own) - S, *drawn.shape[1:])
         return torch.cat([drawn[:S], streams.transpose(0, 1).flatten(0, 1)]).flatten(0, 1)
 
     def rows(self) -> list[slice]:
-        """Return where the rows of each step are: a batch of each stream, the open one first."""
+        """Return the rows of each step: a batch of each stream, the open one first."""
         ends = [0]
         for t in range(len(self.own)):
             ends.append(ends[-1] + self.batch * (self.n_streams if t >= self.n_shared else 1))
         return [slice(*ends[t : t + 2]) for t in range(len(self.own))]
 
     def spread(self, frames: Tensor) -> Tensor:
-        """Return the rows (R, D) of which those of a step are its frames (T, B, D), once for each stream."""
+        """Return the rows (R, D) of frames (T, B, D), which a step repeats for each stream."""
         S, n = self.n_shared, self.n_streams
         return torch.cat([frames[:S].flatten(0, 1), frames[S:, None].expand(-1, n, -1, -1).flatten(0, 2)])
 
     def collect(self, rows: Tensor, out: Tensor) -> None:
-        """Write the sums over the streams of rows (R, D) into `out` (T, B, D): what backpropagates `spread`."""
+        """Sum rows (R, D) over the streams into `out` (T, B, D): the backward pass of `spread`."""
         S, n = self.n_shared, self.n_streams
         out[:S] = rows[: S * self.batch].view(S, self.batch, -1)
         torch.sum(rows[S * self.batch :].view(-1, n, self.batch, rows.shape[1]), 1, out=out[S:])
@@ -107,14 +107,14 @@ class _Predictions(torch.autograd.Function):
         poses = read.new_empty(len(read), P)
         plan = torch.addmm(guide_bias, guides.flatten(0, 1), guide).view(len(features), B, 3 * H)
         rows[:B, at.h].zero_()
-        past: dict[int, Tensor] = {}  # what the closed loop takes differences from, by step
+        past: dict[int, Tensor] = {}  # the derivatives of earlier steps, by step
         decoder_t = decoder.t().contiguous()
         for t, step in enumerate(steps):
             row, out, x, pose = rows[step], hidden[step], read[step], poses[step]
             if t >= loop.first_past:
                 if not (loop.own[t] or loop.own_past):
                     first = x[-B:, :P]
-                else:  # the prediction of this frame; of the first one there is none
+                else:  # the prediction of this frame; the first has none
                     first = poses[step.start - B : step.start] if t else torch.zeros_like(pose)
                 kept = x[-B:] if loop.own[t] or not loop.own_past else torch.empty_like(x[-B:])
                 _differentiate(first, past.pop(t - loop.step, None), kept)
@@ -152,7 +152,7 @@ class _Predictions(torch.autograd.Function):
         gates_x, gates_h = torch.split(gates, [D, H])
         candidate_h, candidate_x = torch.split(candidate, [len(candidate) - D, D])
         gates_t, candidate_t = gates_h.t().contiguous(), candidate_h.t().contiguous()
-        x_t = torch.cat([candidate_x.t(), gates_x.t()])  # from the gradients of the sums to that of x
+        x_t = torch.cat([candidate_x.t(), gates_x.t()])  # from the gradients of the sums to the gradient of x
         d_read: dict[int, Tensor] = {}  # of the last stream, by step
         dh = rows.new_zeros(steps[-1].stop - steps[-1].start, H)
         for t in reversed(range(len(steps))):
@@ -168,7 +168,7 @@ class _Predictions(torch.autograd.Function):
                     dx = d_row[-B:, at.sums] @ x_t
                     if factors is not None:
                         dx *= factors[step, :D][-B:]
-                else:  # what is kept is not read
+                else:  # this derivative is kept, not read
                     dx = rows.new_zeros(B, D)
                 d_read[t] = dx
                 _undifferentiate(dx, d_read.pop(t + loop.step, None), P)
@@ -185,12 +185,12 @@ class _Predictions(torch.autograd.Function):
         sums = d_plan.flatten(0, 1)
         d_guides = (sums @ guide.t()).view_as(guides)
         d_guide, d_guide_bias = guides.flatten(0, 1).t() @ sums, sums.sum(0)
-        of_guide = d_guides, d_guide, d_guide_bias
-        return None, None, None, *of_guide, d_gates, d_candidate, d_candidate_bias, d_decoder, d_decoder_bias
+        guide_gradients = d_guides, d_guide, d_guide_bias
+        return None, None, None, *guide_gradients, d_gates, d_candidate, d_candidate_bias, d_decoder, d_decoder_bias
 
 
 def _differentiate(pose: Tensor, past: Tensor | None, out: Tensor) -> None:
-    """Write a pose (B, P) and its differences into `out` (B, D), given those of the frame `step` before, if any."""
+    """Write a pose (B, P) and its derivatives into `out` (B, D), given those of the frame `step` before, if any."""
     P = pose.shape[1]
     out[:, :P] = pose
     for k in range(P, out.shape[1], P):
@@ -199,7 +199,7 @@ def _differentiate(pose: Tensor, past: Tensor | None, out: Tensor) -> None:
 
 
 def _undifferentiate(dx: Tensor, future: Tensor | None, P: int) -> None:
-    """Add up in `dx` (B, D) what its frame's differences do to each other, and to those of the frame `step` after."""
+    """Backpropagate `_differentiate` in `dx` (B, D), given the gradient of the frame `step` after, if any."""
     if future is not None:
         dx[:, :-P] -= future[:, P:]
     for k in reversed(range(P, dx.shape[1], P)):
@@ -209,27 +209,27 @@ def _undifferentiate(dx: Tensor, future: Tensor | None, P: int) -> None:
 def predictions(
     features: Tensor, guides: Tensor, cell: Blocks, decoder: nn.Linear, factors: Tensor | None, loop: Loop
 ) -> tuple[Tensor, Tensor]:
-    """Return the predictions of a Body RNN that begins with a state of zeros.
+    """Return the predictions of a Body RNN whose first state is zero.
 
     Parameters
     ----------
     features : (T, B, D) Tensor
-        Poses with derivatives; they get no gradient.
+        Poses with derivatives, which get no gradient.
     guides : (T, B, P) Tensor
         The guide of each step.
     cell, decoder : Blocks, Linear
         The model.
     factors : (R, D + H) Tensor, optional
-        What dropout multiplies the inputs and the decoder's inputs by, in the rows of the loop.
+        Dropout factors of the inputs and of the decoder's inputs, in the rows of the loop.
     loop : Loop
-        What is read.
+        The inputs of each step.
 
     Returns
     -------
     shared : (S, B, 54) Tensor
-        Those of the steps before streams may part.
+        Predictions of the steps before the streams part.
     streams : (T - S, n, B, 54) Tensor
-        Those of the others, of the n streams.
+        Predictions of the later steps, for the n streams.
     """
     out: Tensor = _Predictions.apply(  # type: ignore[no-untyped-call]
         loop, features, factors, guides, *cell, decoder.weight, decoder.bias

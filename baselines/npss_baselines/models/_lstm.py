@@ -1,19 +1,18 @@
-"""LSTM layers with one bias per gate, whose state has the batch first."""
+"""LSTM layers with one bias per gate and a batch-first state."""
 
 from __future__ import annotations
 
 from torch import Tensor, nn
 
-#: Of a stack of LSTM layers: h and c, (B, L, H) each.
+#: State of a stack of LSTM layers: h and c, (B, L, H) each.
 LSTMState = tuple[Tensor, Tensor]
 
 
 class LSTM(nn.Module):
     """A stack of `torch.nn.LSTM` layers.
 
-    torch gives each gate two biases, of which only the sum matters. The second is zero here and is not trained: the
-    papers' layers have one, and so do their parameter counts. Weights start as torch's do, uniformly within
-    1 / sqrt(size).
+    torch gives each gate two biases, of which only the sum matters. Here, the second is zero and is not trained: the
+    papers' layers, and their parameter counts, have one. Weights start as in torch, uniform within 1 / sqrt(size).
 
     Parameters
     ----------
@@ -22,7 +21,7 @@ class LSTM(nn.Module):
     size : int
         Units of a layer.
     n_layers : int, optional
-        How many layers, each reading the one before.
+        Number of layers; each reads the previous one.
     """
 
     def __init__(self, n_in: int, size: int, n_layers: int = 1) -> None:
@@ -33,12 +32,12 @@ class LSTM(nn.Module):
                 nn.init.zeros_(bias).requires_grad_(False)
 
     def begin(self, like: Tensor, n: int) -> LSTMState:
-        """Return the state of n sequences before the first frame, zeros of the kind of another tensor."""
+        """Return the initial state of n sequences: zeros with the type and device of `like`."""
         zeros = like.new_zeros(n, self.layers.num_layers, self.layers.hidden_size)
         return zeros, zeros
 
     def forward(self, inputs: Tensor, state: LSTMState) -> tuple[Tensor, LSTMState]:
-        """Read frames (B, T, I), and return the outputs (B, T, H) and the new state."""
-        h, c = (part.transpose(0, 1).contiguous() for part in state)  # (L, B, H), as torch has it
+        """Return the outputs (B, T, H) for frames (B, T, I), and the new state."""
+        h, c = (part.transpose(0, 1).contiguous() for part in state)  # (L, B, H), torch's layout
         outputs, (h, c) = self.layers(inputs, (h, c))
         return outputs, (h.transpose(0, 1), c.transpose(0, 1))

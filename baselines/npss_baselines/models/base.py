@@ -1,4 +1,4 @@
-"""What every model is: a module that reads one pose after another and predicts the next one."""
+"""The base class of models: a module that reads poses and predicts the next one."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from torch import Tensor, nn
 #: Columns of a normalised pose (`npss.protocol.COLUMNS`).
 POSE = 54
 
-#: What a model remembers between frames: tensors, and tuples of them, of which the first axis is the batch.
+#: A model's state between frames: nested tuples of tensors whose first axis is the batch.
 State = Any
 
 
 class MotionModel(nn.Module, ABC):
     """A model of motion, one frame at a time.
 
-    Frames are numbered from 0, the first one read. Step t reads the pose of frame t and predicts that of frame t + 1.
+    Frames are numbered from 0, the first input. Step t reads frame t and predicts frame t + 1.
 
     Parameters
     ----------
     n_actions : int
-        Width of the label: 1 for a model of a single action, whose label is always 1.
+        Width of the label; for a model of a single action, 1, and the label is always 1.
     """
 
     def __init__(self, n_actions: int) -> None:
@@ -34,24 +34,24 @@ class MotionModel(nn.Module, ABC):
 
     @abstractmethod
     def begin(self, label: Tensor, n_steps: int) -> State:
-        """Return the state before the first frame.
+        """Return the initial state.
 
         Parameters
         ----------
         label : (B, A) Tensor
             The action, one-hot.
         n_steps : int
-            How many steps there will be: some models plan them all.
+            Number of steps to come; some models plan them all.
         """
 
     @abstractmethod
     def step(self, pose: Tensor, state: State) -> tuple[Tensor, State]:
-        """Read a frame (B, 54), and return the prediction of the next one (B, 54) and the new state."""
+        """Read a frame (B, 54); return the prediction of the next frame (B, 54) and the new state."""
 
     def read(self, poses: Tensor, state: State) -> tuple[Tensor, State]:
-        """Read frames (B, T, 54), and return the prediction after each (B, T, 54) and the state after the last.
+        """Read frames (B, T, 54); return the prediction after each (B, T, 54) and the last state.
 
-        The same as so many steps; models override it where they can be faster.
+        The result equals that of T steps; models override it to be faster.
         """
         predictions = []
         for pose in poses.unbind(1):
@@ -60,21 +60,21 @@ class MotionModel(nn.Module, ABC):
         return torch.stack(predictions, 1), state
 
     def switch(self, outputs: Tensor, state: State) -> State:
-        """Return the state in which the closed loop begins, of that after the seed and of the predictions (B, S, 54).
+        """Return the initial state of the closed loop, from the state after the seed and its predictions (B, S, 54).
 
-        By default it is the state after the seed.
+        By default, it is the state after the seed.
         """
         return state
 
     def switch_back(self, frames: Tensor, state: State) -> State:
-        """Return the state in which an open loop begins after a closed one, and of the frames (B, T, 54) before it.
+        """Return the initial state of an open loop, from the state after a closed one and all frames (B, T, 54) so far.
 
-        By default it is the state after the closed loop.
+        By default, it is the state after the closed loop.
         """
         return state
 
     def continue_closed(self, pose: Tensor, state: State, n: int) -> Tensor:
-        """Return n predictions (B, n, 54) in closed loop from a pose (B, 54) on: each is read as the next frame."""
+        """Return n predictions (B, n, 54) in closed loop after a pose (B, 54): each is the next input."""
         predictions = []
         for _ in range(n):
             pose, state = self.step(pose, state)
@@ -82,7 +82,7 @@ class MotionModel(nn.Module, ABC):
         return torch.stack(predictions, 1)
 
     def predict(self, seed_frames: Tensor, label: Tensor, n: int) -> Tensor:
-        """Predict the n frames (B, n, 54) that follow the seed (B, S, 54)."""
+        """Predict the n frames (B, n, 54) after the seed frames (B, S, 54)."""
         read, state = self.read(seed_frames, self.begin(label, seed_frames.shape[1] + n - 1))
         first = read[:, -1]
         if n == 1:
@@ -91,25 +91,25 @@ class MotionModel(nn.Module, ABC):
         return torch.cat([first[:, None], closed], 1)
 
     def open_and_closed(self, poses: Tensor, label: Tensor, n_seed: int) -> tuple[Tensor, Tensor]:
-        """Return the predictions after every frame (B, T, 54), and those that follow the seed in closed loop.
+        """Return the open-loop predictions after every frame, and the closed-loop predictions after the seed.
 
-        Both share the seed pass, and what was drawn for it.
+        Both share the pass over the seed frames and its random numbers.
 
         Parameters
         ----------
         poses : (B, T, 54) Tensor
-            The frames that are read in open loop.
+            Inputs of the open loop.
         label : (B, A) Tensor
             The action.
         n_seed : int
-            After this many frames the closed loop begins: from the prediction after the seed on, T - n_seed steps.
+            Number of seed frames. The closed loop reads the prediction after them, and makes T - n_seed steps.
 
         Returns
         -------
         opened : (B, T, 54) Tensor
             Predictions of frames 1 to T.
         closed : (B, T - n_seed, 54) Tensor
-            Predictions of frames n_seed + 1 to T, each made from the one before.
+            Predictions of frames n_seed + 1 to T, each from the previous one.
         """
         seed, state = self.read(poses[:, :n_seed], self.begin(label, poses.shape[1]))
         rest, _ = self.read(poses[:, n_seed:], state)
@@ -117,7 +117,7 @@ class MotionModel(nn.Module, ABC):
         return torch.cat([seed, rest], 1), closed
 
     def mixed(self, poses: Tensor, label: Tensor, own: Sequence[bool]) -> Tensor:
-        """Return the prediction after every step, of which some read the prediction before them: auto-conditioning.
+        """Return the prediction after every step, some of which read the previous prediction: auto-conditioning.
 
         Parameters
         ----------
@@ -126,8 +126,7 @@ class MotionModel(nn.Module, ABC):
         label : (B, A) Tensor
             The action.
         own : sequence of bool
-            For each of the T steps whether it reads, instead of the frame, what the step before has predicted. The
-            first cannot.
+            For each of the T steps, whether it reads the previous prediction instead of the frame; the first is False.
 
         Returns
         -------

@@ -1,6 +1,6 @@
-"""Recurrent cells, one step at a time: the original GRU, and the NPSS paper's Body cell as printed and as coded.
+"""Recurrent cells: the original GRU, and the NPSS paper's Body cell as printed and as coded.
 
-A kernel is multiplied from the left by the row vectors that it names, side by side.
+A kernel is multiplied from the left by the concatenated row vectors in brackets.
 """
 
 from __future__ import annotations
@@ -12,25 +12,25 @@ from torch import Tensor, nn
 
 
 class Blocks(NamedTuple):
-    """The parameters of a cell with H units and g gates, cut as `npss_baselines.models._bptt` multiplies them.
+    """The parameters of a cell with H units and g gates, cut for `npss_baselines.models._bptt`.
 
-    A static input's part in the sums can be had for all steps in one product: the plan.
+    One product, the plan, computes the static input's part of the sums for all steps.
     """
 
-    plan: Tensor  # (P, 3 H): from the static input to the sums of candidate, u, r; or, if there is one, u, r, g
+    plan: Tensor  # (P, 3 H): from the static input to the sums of candidate, u, r; with a gate g, of u, r, g
     plan_bias: Tensor  # (3 H,)
     gates: Tensor  # (D + H, g H): from [x, h] to u, r, g
     candidate: Tensor  # ((g - 1) H + D, H): from [g, r * h, x]
-    candidate_bias: Tensor | None  # (H,), unless the plan has it
+    candidate_bias: Tensor | None  # (H,); None if in the plan
 
 
 def kernel(n_rows: int, n_columns: int) -> nn.Parameter:
-    """Return an orthogonal matrix, with which the paper's released code begins."""
+    """Return an orthogonal matrix, the initial value in the paper's released code."""
     return nn.Parameter(nn.init.orthogonal_(torch.empty(n_rows, n_columns)))
 
 
 def bias(n: int) -> nn.Parameter:
-    """Return biases of 0.1, with which the paper's released code begins."""
+    """Return biases of 0.1, the initial value in the paper's released code."""
     return nn.Parameter(torch.full((n,), 0.1))
 
 
@@ -43,12 +43,12 @@ class GRUCell(nn.Module):
         c = tanh([x, r * h] W_c + b_c)
         h' = u * h + (1 - u) * c
 
-    With a guide p beside x, [x, p] for x, it is the Body cell of equations 1 to 4 of the NPSS paper (`text`).
+    With [x, p] for x, where p is a guide, this is the Body cell of equations 1 to 4 of the NPSS paper (`text`).
 
     Parameters
     ----------
     n_inputs : int
-        Width of x, the guide's included.
+        Width of x, including the guide.
     n_units : int
         Width of h.
 
@@ -65,7 +65,7 @@ class GRUCell(nn.Module):
         self.candidate, self.candidate_bias = kernel(n_inputs + n_units, n_units), bias(n_units)
 
     def forward(self, x: Tensor, h: Tensor, p: Tensor | None = None) -> Tensor:
-        """Return the state (B, H) that follows h, from an input (B, D) and, if there is one, a guide (B, P)."""
+        """Return the state (B, H) after h, from an input (B, D) and an optional guide (B, P)."""
         if p is not None:
             x = torch.cat([x, p], 1)
         u, r = torch.sigmoid(torch.addmm(self.gates_bias, torch.cat([x, h], 1), self.gates)).chunk(2, 1)
@@ -73,7 +73,7 @@ class GRUCell(nn.Module):
         return u * h + (1 - u) * c
 
     def blocks(self, n_static: int) -> Blocks:
-        """Cut the parameters, the last inputs being static."""
+        """Cut the parameters; the last inputs are static."""
         parts = [self.n_inputs - n_static, n_static, self.n_units]
         gates_x, gates_p, gates_h = torch.split(self.gates, parts)
         candidate_x, candidate_p, candidate_h = torch.split(self.candidate, parts)
@@ -87,7 +87,7 @@ class GRUCell(nn.Module):
 
 
 class CodeCell(nn.Module):
-    """The Body cell of the NPSS paper's released code (`code`): the guide is seen through a gate of its own.
+    """The Body cell of the NPSS paper's released code (`code`): the guide has a gate.
 
     ::
 
@@ -108,13 +108,13 @@ class CodeCell(nn.Module):
         self.candidate, self.candidate_bias = kernel(n_inputs + 2 * n_units, n_units), bias(n_units)
 
     def forward(self, x: Tensor, h: Tensor, p: Tensor) -> Tensor:
-        """Return the state (B, H) that follows h, from an input (B, D) and a guide (B, P)."""
+        """Return the state (B, H) after h, from an input (B, D) and a guide (B, P)."""
         u, r, g = torch.sigmoid(torch.addmm(self.gates_bias, torch.cat([x, h, p], 1), self.gates)).chunk(3, 1)
         c = torch.tanh(torch.addmm(self.candidate_bias, torch.cat([x, r * h, g], 1), self.candidate))
         return u * h + (1 - u) * c
 
     def blocks(self, n_static: int) -> Blocks:
-        """Cut the parameters, the guide being static."""
+        """Cut the parameters; the guide is static."""
         gates_xh, gates_p = torch.split(self.gates, [self.n_inputs + self.n_units, n_static])
         candidate_x, candidate_h, candidate_g = torch.split(self.candidate, [self.n_inputs, self.n_units, self.n_units])
         return Blocks(

@@ -1,4 +1,4 @@
-"""Motion derivatives: backward differences of poses, of a whole window or of one frame after another."""
+"""Motion derivatives: backward differences of poses, for a window or frame by frame."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from torch import Tensor
 
 
 def no_past(poses: Tensor, order: int, *, step: int = 1) -> Tensor:
-    """Return what precedes a window: zeros (B, order * step, D), so that the first frame's differences are the frame.
+    """Return the past of a window, zeros (B, order * step, D): the first frame's derivatives equal the frame.
 
     Parameters
     ----------
     poses : (B, ..., D) Tensor
-        Any frames of the window: batch, width, precision and device are theirs.
+        Any frames of the window, for the batch, width, type and device.
     order, step : int
         As for `derivatives`.
     """
@@ -20,18 +20,18 @@ def no_past(poses: Tensor, order: int, *, step: int = 1) -> Tensor:
 
 
 def past_of(poses: Tensor, order: int, *, step: int = 1) -> Tensor:
-    """Return the past (B, order * step, D) of the frame that follows poses (B, T, D), before which there are zeros."""
+    """Return the past (B, order * step, D) of the frame after poses (B, T, D), which zeros precede."""
     rows = torch.cat([no_past(poses, order, step=step), poses], 1)
     return rows[:, poses.shape[1] :]
 
 
 def own_past(outputs: Tensor, order: int, *, step: int = 1) -> Tensor:
-    """Return a past (B, order * step, D) of predictions, for the last of which it is what came before.
+    """Return the past (B, order * step, D) of the last prediction: the predictions before it.
 
     Parameters
     ----------
     outputs : (B, S, D) Tensor
-        The predictions after each frame that was read. Before the first one there are zeros.
+        The prediction after each input frame; zeros precede the first.
     order, step : int
         As for `derivatives`.
     """
@@ -43,27 +43,27 @@ def derivatives(
 ) -> Tensor:
     """Return poses with their backward differences.
 
-    Difference k of frame t is that of difference k - 1 of frames t and t - step; nothing divides it by the time.
+    Derivative k of frame t is the difference of derivative k - 1 at frames t and t - step, not divided by time.
 
     Parameters
     ----------
     poses : (B, T, D) Tensor
         The frames.
     order : int
-        The highest difference, 0 or more.
+        The highest derivative, 0 or more.
     step : int, optional
-        Frames between the two of which a difference is taken (h of the paper).
+        Distance of the frames of a difference, in frames (h in the paper).
     past : (B, order * step, D) Tensor, optional
-        The frames before. By default these are zeros.
+        The frames before `poses`; zeros by default.
     restart : int, optional
-        The frame at which the differences above the first start anew, for which all frames before it are zeros, so that
-        they are as large as a pose: in the paper's released code they do where the decoder's inputs begin, a mistake.
-        The first difference goes on. By default all do.
+        The frame at which the second and higher derivatives restart: they take all earlier frames as zeros, and so
+        become as large as a pose. In the paper's released code they restart, by mistake, where the decoder's inputs
+        start. By default, none restarts.
 
     Returns
     -------
     (B, T, (order + 1) * D) Tensor
-        Pose, first difference, second, and so on.
+        Pose, first derivative, second derivative, ...
 
     References
     ----------
@@ -79,9 +79,9 @@ def derivatives(
     """
     if restart is not None:
         whole = derivatives(poses, order, step=step, past=past)
-        anew = derivatives(poses[:, restart:], order, step=step)
-        first = 2 * poses.shape[2]  # the pose and its first difference
-        return torch.cat([whole[:, :restart], torch.cat([whole[:, restart:, :first], anew[:, :, first:]], 2)], 1)
+        restarted = derivatives(poses[:, restart:], order, step=step)
+        first = 2 * poses.shape[2]  # the pose and its first derivative
+        return torch.cat([whole[:, :restart], torch.cat([whole[:, restart:, :first], restarted[:, :, first:]], 2)], 1)
     rows = torch.cat([no_past(poses, order, step=step) if past is None else past, poses], 1)
     differences = [rows]
     for _ in range(order):
@@ -90,7 +90,7 @@ def derivatives(
 
 
 def next_derivatives(pose: Tensor, past: Tensor, order: int, *, step: int = 1) -> tuple[Tensor, Tensor]:
-    """Return a pose (B, D) with its backward differences (B, (order + 1) * D), and the past of the next one.
+    """Return a pose with its backward differences (B, (order + 1) * D), and the past of the next pose.
 
     Parameters
     ----------

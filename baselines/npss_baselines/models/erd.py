@@ -1,4 +1,4 @@
-"""ERD: LSTM layers between an encoder and a decoder that know nothing of time (Fragkiadaki et al. 2015)."""
+"""ERD: LSTM layers between a feed-forward encoder and decoder (Fragkiadaki et al. 2015)."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from npss_baselines.models.base import POSE, MotionModel
 
 @dataclass(frozen=True)
 class ERDConfig:
-    """The published sizes: 14,842,054 parameters, which is Table 1's count in the NPSS paper.
+    """Sizes of ERD. The published ones have 14,842,054 parameters, as Table 1 of the NPSS paper says.
 
     Parameters
     ----------
     fc : int
-        Units of the encoder's two layers, and of the decoder's first.
+        Units of the encoder's two layers and of the decoder's first layer.
     size : int
         Units of an LSTM layer.
     n_layers : int
-        LSTM layers.
+        Number of LSTM layers.
     fc_last : int
         Units of the decoder's second layer.
     """
@@ -38,9 +38,9 @@ class ERDConfig:
 
 
 class ERD(MotionModel):
-    """The encoder-recurrent-decoder. It predicts the pose itself, and does not look at the label.
+    """The encoder-recurrent-decoder. It predicts the pose itself and ignores the label.
 
-    The encoder's second layer and the decoder's last are linear, the others rectified.
+    The encoder's second layer and the decoder's last are linear; the others are rectified.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class ERD(MotionModel):
         )
 
     def begin(self, label: Tensor, n_steps: int) -> LSTMState:
-        """Return the state before the first frame: zeros, for whatever label and number of steps."""
+        """Return the initial state, zeros."""
         return self.lstm.begin(label, len(label))
 
     def step(self, pose: Tensor, state: LSTMState) -> tuple[Tensor, LSTMState]:
@@ -76,6 +76,6 @@ class ERD(MotionModel):
         return prediction[:, 0], state
 
     def read(self, poses: Tensor, state: LSTMState) -> tuple[Tensor, LSTMState]:
-        """Read frames, all at once."""
+        """Read frames at once."""
         hidden, state = self.lstm(self.encoder(poses), state)  # (B, T, fc) -> (B, T, H)
         return self.decoder(hidden), state  # (B, T, 54)

@@ -1,4 +1,4 @@
-"""GRU-d: two stacked GRUs that read motion derivatives; VGRU-d without the RNN above it."""
+"""GRU-d: two stacked GRUs that read motion derivatives; VGRU-d without its top RNN."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from npss_baselines.models.base import POSE, MotionModel
 from npss_baselines.models.cells import GRUCell
 from npss_baselines.models.derivatives import derivatives, next_derivatives, no_past, own_past, past_of
 
-#: The frames before (B, n_derivatives, 54), and h (B, H) of each layer.
+#: The past frames (B, n_derivatives, 54), and h (B, H) of each layer.
 GRUdState = tuple[Tensor, tuple[Tensor, ...]]
 
 
 @dataclass(frozen=True)
 class GRUdConfig:
-    """The published sizes: 2,721,846 parameters, where the NPSS paper's Table 1 has 2,735,670.
+    """Sizes of GRU-d. The published ones have 2,721,846 parameters; Table 1 of the NPSS paper says 2,735,670.
 
     Parameters
     ----------
     size : int
         Units of a layer.
     n_layers : int
-        Layers.
+        Number of layers.
     n_derivatives : int
-        The highest derivative that is read, from 0 (the pose alone) on.
+        The highest derivative to read; 0 reads the pose alone.
     dropout : float
-        Probability with which each input, and each output of the last layer, is left out in training. The paper's text
-        has dropout for the short-term model alone; this is what the released code has.
+        Dropout probability of the inputs and of the last layer's outputs, in training, as in the released code. In the
+        paper's text, only the short-term model has dropout.
     restart_derivatives : bool
-        Whether, in `open_and_closed`, the derivatives above the first of the open loop after the seed take the frames
-        of the seed for zeros, as in the released code: a mistake.
+        Whether, in `open_and_closed`, the second and higher derivatives of the open loop after the seed take the seed
+        frames as zeros: a mistake of the released code.
     own_past : bool
-        Whether derivatives in closed loop are those of the model's own predictions alone, of frames that it has read,
-        too, and those of frames are of frames alone; as in the released code. By default they are of what was read.
+        Whether derivatives of predictions use predictions alone, including those of the seed frames, and derivatives of
+        frames use frames alone, as in the released code. By default, derivatives are of the inputs.
     """
 
     size: int = 512
@@ -66,10 +66,10 @@ class GRUdConfig:
 
 
 class GRUd(MotionModel):
-    """GRU-d. It predicts the pose itself, and does not look at the label.
+    """GRU-d. It predicts the pose itself and ignores the label.
 
-    The cells are the original GRU, with one bias per gate: it is they that have 2,721,846 parameters with the decoder,
-    whereas torch's GRU, with two biases, would have 2,724,918. Kernels start orthogonal and biases at 0.1.
+    The cells are the original GRU with one bias per gate: 2,721,846 parameters with the decoder. With the two biases of
+    torch's GRU it would have 2,724,918. Kernels start orthogonal, and biases at 0.1.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class GRUd(MotionModel):
         self.decoder = nn.Linear(config.size, POSE)
 
     def begin(self, label: Tensor, n_steps: int) -> GRUdState:
-        """Return the state before the first frame: zeros, for whatever label and number of steps."""
+        """Return the initial state, zeros."""
         past = no_past(label.new_empty(len(label), POSE), self.config.n_derivatives)
         return past, (label.new_zeros(len(label), self.config.size),) * self.config.n_layers
 
@@ -107,7 +107,7 @@ class GRUd(MotionModel):
         return self.decoder(self._drop(hidden)), (past, tuple(after))
 
     def read(self, poses: Tensor, state: GRUdState) -> tuple[Tensor, GRUdState]:
-        """Read frames, one layer after the other."""
+        """Read frames layer by layer."""
         past, before = state
         predictions, after = self._read(derivatives(poses, self.config.n_derivatives, past=past), before)
         return predictions, (torch.cat([past, poses], 1)[:, poses.shape[1] :], after)
@@ -122,19 +122,19 @@ class GRUd(MotionModel):
         return self.decoder(self._drop(hidden)), tuple(after)
 
     def switch(self, outputs: Tensor, state: GRUdState) -> GRUdState:
-        """Return the state in which the closed loop begins."""
+        """Return the initial state of the closed loop."""
         if not self.config.own_past:
             return state
         return own_past(outputs, self.config.n_derivatives), state[1]
 
     def switch_back(self, frames: Tensor, state: GRUdState) -> GRUdState:
-        """Return the state in which an open loop begins after a closed one."""
+        """Return the initial state of an open loop after a closed one."""
         if not self.config.own_past:
             return state
         return past_of(frames, self.config.n_derivatives), state[1]
 
     def open_and_closed(self, poses: Tensor, label: Tensor, n_seed: int) -> tuple[Tensor, Tensor]:
-        """Return the predictions after every frame, and those that follow the seed in closed loop."""
+        """Return the open-loop predictions after every frame, and the closed-loop predictions after the seed."""
         if not self.config.restart_derivatives:
             return super().open_and_closed(poses, label, n_seed)
         seed, state = self.read(poses[:, :n_seed], self.begin(label, poses.shape[1]))

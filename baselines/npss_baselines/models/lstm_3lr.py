@@ -1,4 +1,4 @@
-"""LSTM-3LR: three layers of LSTM and a linear decoder (Fragkiadaki et al. 2015)."""
+"""LSTM-3LR: three LSTM layers and a linear decoder (Fragkiadaki et al. 2015)."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from npss_baselines.models.base import POSE, MotionModel
 
 @dataclass(frozen=True)
 class LSTM3LRConfig:
-    """The published sizes: 20,282,054 parameters, which is Table 1's count in the NPSS paper.
+    """Sizes of LSTM-3LR. The published ones have 20,282,054 parameters, as Table 1 of the NPSS paper says.
 
     Parameters
     ----------
     size : int
         Units of a layer.
     n_layers : int
-        Layers.
+        Number of layers.
     """
 
     size: int = 1000
@@ -32,7 +32,7 @@ class LSTM3LRConfig:
 
 
 class LSTM3LR(MotionModel):
-    """LSTM-3LR. It predicts the pose itself, without a residual, and does not look at the label.
+    """LSTM-3LR. It predicts the pose itself, without a residual, and ignores the label.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class LSTM3LR(MotionModel):
         self.decoder = nn.Linear(config.size, POSE)
 
     def begin(self, label: Tensor, n_steps: int) -> LSTMState:
-        """Return the state before the first frame: zeros, for whatever label and number of steps."""
+        """Return the initial state, zeros."""
         return self.lstm.begin(label, len(label))
 
     def step(self, pose: Tensor, state: LSTMState) -> tuple[Tensor, LSTMState]:
@@ -61,6 +61,6 @@ class LSTM3LR(MotionModel):
         return prediction[:, 0], state
 
     def read(self, poses: Tensor, state: LSTMState) -> tuple[Tensor, LSTMState]:
-        """Read frames, all at once."""
+        """Read frames at once."""
         hidden, state = self.lstm(poses, state)  # (B, T, H)
         return self.decoder(hidden), state  # (B, T, 54)

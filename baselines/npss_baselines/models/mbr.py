@@ -1,4 +1,4 @@
-"""MBR: one GRU that reads the seed and then its own output (Martinez, Black, Romero 2017)."""
+"""MBR: one GRU that reads the seed frames and then its output (Martinez, Black, Romero 2017)."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from npss_baselines.models._gru import read_gru
 from npss_baselines.models.base import POSE, MotionModel
 from npss_baselines.models.cells import GRUCell
 
-#: h (B, H), and the label as it was given (B, A), or (B, 0) where it is not read.
+#: h (B, H), and the label (B, A), or (B, 0) if it is not read.
 MBRState = tuple[Tensor, Tensor]
 
 
 @dataclass(frozen=True)
 class MBRConfig:
-    """Which of the three it is.
+    """Sizes and choices of MBR; the defaults are MBR-unsup.
 
     Parameters
     ----------
     size : int
-        Units.
+        Units of the GRU.
     residual : bool
-        Whether the next frame is the last one plus what is decoded: in MBR-unsup and MBR-sup, not in MBR-long.
+        Whether the decoder predicts the difference from the last frame: in MBR-unsup and MBR-sup, not in MBR-long.
     label : bool
-        Whether the action is read and predicted as well, beside the pose: in MBR-sup.
+        Whether the model also reads and predicts the action: in MBR-sup.
     """
 
     size: int = 1024
@@ -44,16 +44,15 @@ class MBRConfig:
 class MBR(MotionModel):
     """The sequence-to-sequence model of Martinez et al., encoder and decoder tied.
 
-    Tied, the two are one GRU that goes on: the encoder reads the frames of the seed but for the last one, and the
-    decoder begins with that. So there is nothing to it but steps; that only the decoder's outputs are in its loss is
-    the regime ``'sampling'`` of `npss_baselines.training.objectives`.
+    Tied, the two are one GRU: the encoder reads the seed frames except the last, and the decoder starts with the last.
+    Its loss is of the decoder's outputs alone: the regime ``'sampling'`` of `npss_baselines.training.objectives`.
 
-    With 54 columns in and out and one bias per gate it has 3,370,038 parameters. The NPSS paper's Table 1 has 3,425,334
-    for MBR-long, 54 x 1024 more, which are not explained.
+    With 54 columns in and out and one bias per gate, it has 3,370,038 parameters. Table 1 of the NPSS paper says
+    3,425,334 for MBR-long: 54 x 1024 more, unexplained.
 
-    MBR-sup has the one-hot label beside the pose in its input and its output, the residual included. In closed loop it
-    reads the label that it predicted, as the released code does; `step` and `read` are told the true one. Only the
-    regime ``'sampling'`` measures that label: in open loop the decoder's rows of it have no gradient.
+    The input and output of MBR-sup, including the residual, are the pose and the one-hot label. In closed loop it reads
+    its predicted label, as in the released code; `step` and `read` use the true one. Only the regime ``'sampling'``
+    measures the label: in open loop, the label's rows of the decoder have no gradient.
 
     Weights start as in the released code: kernels by Glorot's uniform rule, biases 1 for the gates and 0 for the
     candidate, the decoder uniform within 0.04.
@@ -61,7 +60,7 @@ class MBR(MotionModel):
     Parameters
     ----------
     config : MBRConfig
-        Which of the three.
+        Sizes and choices.
     n_actions : int
         Width of the label; published: 15 for MBR-sup.
 
@@ -84,7 +83,7 @@ class MBR(MotionModel):
             nn.init.uniform_(parameter, -0.04, 0.04)
 
     def begin(self, label: Tensor, n_steps: int) -> MBRState:
-        """Return the state before the first frame, for whatever number of steps."""
+        """Return the initial state."""
         return label.new_zeros(len(label), self.cell.n_units), label if self.label else label[:, :0]
 
     def step(self, pose: Tensor, state: MBRState) -> tuple[Tensor, MBRState]:
@@ -99,23 +98,23 @@ class MBR(MotionModel):
         return outputs[..., :POSE], (h, state[1])
 
     def continue_closed(self, pose: Tensor, state: MBRState, n: int) -> Tensor:
-        """Return n predictions in closed loop from a pose on, which is read with the true label."""
+        """Return n predictions in closed loop after a pose, which is read with the true label."""
         h, label = state
         return self._continue(torch.cat([pose, label], 1), h, n)[..., :POSE]
 
     def predict(self, seed_frames: Tensor, label: Tensor, n: int) -> Tensor:
-        """Predict the n frames that follow the seed."""
+        """Predict the n frames after the seed frames."""
         return self.predict_labelled(seed_frames, label, n)[..., :POSE]
 
     def predict_labelled(self, seed_frames: Tensor, label: Tensor, n: int) -> Tensor:
-        """Predict poses and labels (B, n, 54 + A) of the n frames that follow the seed; A is 0 without labels."""
+        """Predict poses and labels (B, n, 54 + A) of the n frames after the seed frames; A is 0 without labels."""
         h, label = self.begin(label, seed_frames.shape[1] + n - 1)
         outputs, h = self._read(self.labelled(seed_frames, label), h)
         first = outputs[:, -1]
         return torch.cat([first[:, None], self._continue(first, h, n - 1)], 1)
 
     def labelled(self, poses: Tensor, label: Tensor) -> Tensor:
-        """Return poses and labels (B, T, 54 + A) of frames that have the same label; A is 0 without labels."""
+        """Return poses and labels (B, T, 54 + A) of frames with the same label; A is 0 without labels."""
         if not self.label:
             return poses
         return torch.cat([poses, label[:, None].expand(-1, poses.shape[1], -1)], 2)

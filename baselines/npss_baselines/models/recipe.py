@@ -1,4 +1,4 @@
-"""How a model is trained: a frozen record of numbers, and the schedules in it."""
+"""Recipes: the hyperparameters of training, and their schedules."""
 
 from __future__ import annotations
 
@@ -10,58 +10,61 @@ from typing import Any
 from npss import CONVENTIONS
 from npss.validation import each, is_integer, is_real, one_of, positive_integer, positive_number
 
-#: What the loss is of: see `npss_baselines.training.objectives`.
+#: Training objectives: see `npss_baselines.training.objectives`.
 REGIMES = ("eq6", "open", "sampling", "noise", "auto-conditioning")
 OPTIMIZERS = ("rmsprop-tf", "adam", "sgd")
 LR_SCHEDULES = ("steps", "cosine")
 
-#: Steps: from each iteration on, the value beside it; zero before the first.
+#: Pairs of an iteration and the value from it on; zero before the first.
 Schedule = tuple[tuple[int, float], ...]
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """How a model is trained.
+    """The hyperparameters of training.
 
     Parameters
     ----------
     regime : {'eq6', 'open', 'sampling', 'noise', 'auto-conditioning'}
-        What the loss is of.
+        Training objective: eq6, open, sampling, noise or auto-conditioning, of `npss_baselines.training.objectives`.
     iterations : int
-        Batches in all.
+        Number of batches to train on.
     batch : int
         Windows in a batch.
-    n_seed, n_target : int
-        Frames that are read, and that are predicted. A window has one more than both.
+    n_seed : int
+        Number of seed frames.
+    n_target : int
+        Number of target frames. A window has one frame more than both.
     optimizer : {'rmsprop-tf', 'adam', 'sgd'}
-        ``'rmsprop-tf'`` is `npss_baselines.training.rmsprop.RMSpropTF`.
+        Optimiser: rmsprop-tf (`npss_baselines.training.rmsprop.RMSpropTF`), adam or sgd.
     momentum : float
-        Of ``'rmsprop-tf'`` and ``'sgd'``; Adam has its own.
+        Momentum of rmsprop-tf and sgd; adam ignores it.
     lr : float
-        The learning rate at first.
+        Initial learning rate.
     lr_schedule : {'steps', 'cosine'}
-        By steps: multiplied by `lr_decay` at each of `lr_milestones`. Or half a cosine, from `lr` down to zero.
+        Learning-rate schedule: steps multiplies by `lr_decay` at each of `lr_milestones`; cosine falls from `lr` to
+        zero along half a cosine.
     lr_decay : float
-        The factor, not above 1.
+        Factor at each milestone, at most 1.
     lr_milestones : tuple of int
-        Iterations, in order, from which on there is one more factor.
+        Iterations of the steps, in ascending order.
     clip_norm : float or None
-        The gradient's global norm is not allowed to be larger.
+        Largest global norm of the gradient, to which it is clipped; None (null in JSON) for no clipping.
     closed_weight : tuple of (int, float)
-        The lambda of equation 6, by iteration: the weight of the closed loop's part (regime ``'eq6'``).
+        Lambda of equation 6 by iteration: the weight of the closed loop (regime eq6).
     noise_std : tuple of (int, float)
-        Standard deviation of the noise by iteration, in units of the normalised pose (regime ``'noise'``).
+        Standard deviation of the noise by iteration, in units of the normalised pose (regime noise).
     conditioning : int
-        Frames of a block (regime ``'auto-conditioning'``).
+        Frames in a block (regime auto-conditioning).
     npss_weight : float
-        Weight of NPSS of the predicted frames in the loss.
+        Weight of NPSS, of the predicted frames, in the loss.
     npss_convention : {'paper', 'released', 'literal'}
-        The convention of that NPSS.
+        Convention of NPSS in the loss: paper, released or literal.
 
     Raises
     ------
     TypeError, ValueError
-        If a field is not what it should be; the message begins with its name.
+        If a field is invalid; the message starts with its name.
 
     Examples
     --------
@@ -105,17 +108,17 @@ class Recipe:
             raise ValueError(f"momentum: expected a number below 1, got {self.momentum!r}")
         if self.clip_norm is not None:
             positive_number("clip_norm", self.clip_norm)
-        # Read from JSON, tuples are lists.
+        # JSON has lists for tuples.
         object.__setattr__(self, "lr_milestones", _iterations("lr_milestones", self.lr_milestones))
         for name in ("closed_weight", "noise_std"):
             object.__setattr__(self, name, _schedule(name, getattr(self, name)))
         one_of("npss_convention", self.npss_convention, tuple(CONVENTIONS))
         if _number("npss_weight", self.npss_weight) > 0 and self.n_target < 2:
-            raise ValueError("npss_weight: NPSS needs two frames or more, and n_target is 1")
+            raise ValueError("npss_weight: NPSS needs two target frames or more, n_target is 1")
 
     @property
     def window(self) -> int:
-        """Frames of a training window: those that are read or predicted, and the target of the last step."""
+        """Frames of a training window: seed frames, target frames, and the target of the last step."""
         return self.n_seed + self.n_target + 1
 
     def learning_rate(self, iteration: int) -> float:
@@ -125,7 +128,7 @@ class Recipe:
         return self.lr * self.lr_decay ** sum(milestone <= iteration for milestone in self.lr_milestones)
 
     def lambda_at(self, iteration: int) -> float:
-        """Return the weight of the closed loop's part in an iteration."""
+        """Return the weight of the closed loop in an iteration."""
         return _value(self.closed_weight, iteration)
 
     def noise_at(self, iteration: int) -> float:
@@ -133,14 +136,14 @@ class Recipe:
         return _value(self.noise_std, iteration)
 
     def phase(self, iteration: int) -> tuple[float, float]:
-        """Return what changes the loss from one iteration to another: while it is the same, so is what is computed."""
+        """Return the scheduled values that the loss depends on: while they stay the same, so does the computation."""
         return self.lambda_at(iteration), self.noise_at(iteration)
 
     def work(self, iteration: int) -> float:
-        """Return about how much there is to compute in an iteration, in frames that are computed forwards.
+        """Estimate the computation of an iteration, in forward frames.
 
-        Backwards takes twice as long. With ``'eq6'``, nothing goes backwards through the closed loop while its weight
-        is zero: early iterations are faster.
+        The backward pass takes twice as long as the forward pass. With ``'eq6'``, early iterations are faster: the
+        closed loop has no backward pass while its weight is zero.
         """
         opened = 3.0 * (self.n_seed + self.n_target)
         if self.regime != "eq6":
@@ -148,7 +151,7 @@ class Recipe:
         return opened + (3.0 if self.lambda_at(iteration) > 0 else 1.0) * self.n_target
 
     def compressed(self, iterations: int) -> Recipe:
-        """Return the recipe for so many iterations, with all its schedules in proportion."""
+        """Return the recipe for a number of iterations, with all schedules in proportion."""
         positive_integer("iterations", iterations)
 
         def scaled(iteration: int) -> int:
@@ -164,12 +167,12 @@ class Recipe:
 
 
 def _value(schedule: Schedule, iteration: int) -> float:
-    """Return the value of the last step that has begun."""
+    """Return the value of a schedule in an iteration."""
     return next((value for start, value in reversed(schedule) if start <= iteration), 0.0)
 
 
 def _number(name: str, value: object) -> float:
-    """Read a finite number that is not negative."""
+    """Check a finite number that is not negative."""
     if not is_real(value):
         raise TypeError(f"{name}: expected a number, got {value!r}")
     if not (math.isfinite(value) and value >= 0):
@@ -178,18 +181,18 @@ def _number(name: str, value: object) -> float:
 
 
 def _iterations(name: str, values: Iterable[Any]) -> tuple[int, ...]:
-    """Read iterations that do not decrease: compressed, several may be the same."""
+    """Check ascending iterations; in a compressed recipe, several may be equal."""
     iterations = each(name, values, "iterations")
     for iteration in iterations:
         if not is_integer(iteration):
             raise TypeError(f"{name}: expected whole numbers of iterations, got {iteration!r}")
     if any(iteration < 0 for iteration in iterations) or iterations != sorted(iterations):
-        raise ValueError(f"{name}: expected iterations from 0 on, in order, got {iterations}")
+        raise ValueError(f"{name}: expected iterations from 0 on, in ascending order, got {iterations}")
     return tuple(iterations)
 
 
 def _schedule(name: str, values: Iterable[Any]) -> Schedule:
-    """Read pairs of an iteration and a value."""
+    """Check pairs of an iteration and a value."""
     steps = [each(f"{name}[{i}]", step) for i, step in enumerate(each(name, values, "pairs"))]
     for i, step in enumerate(steps):
         if len(step) != 2:

@@ -1,4 +1,4 @@
-"""The models of the NPSS paper and its baselines, by name, each with the recipe by which it was trained."""
+"""The registry of models: those of the NPSS paper and its baselines, each with its recipe."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from npss_baselines.models.recipe import Recipe
 from npss_baselines.models.srnn import SRNN, SRNNConfig
 from npss_baselines.models.vtln import VGRU_AC, VGRU_D, VGRU_R1, VTLN
 
-#: As in the released code; the paper's text says "step schedule from zero".
+#: The released code's lambda; the paper's text says "step schedule from zero".
 _LAMBDA = ((500, 0.2), (1000, 0.4), (2000, 0.6), (4000, 0.8), (7000, 1.0))
-#: 50 frames to 100.
+#: From 50 frames to 100.
 LONG_TERM = Recipe(lr=2e-4, lr_decay=0.6, lr_milestones=(2000, 4000, 6000, 8000), clip_norm=1.0, closed_weight=_LAMBDA)
-#: 50 frames to 10.
+#: From 50 frames to 10.
 SHORT_TERM = replace(
     LONG_TERM,
     iterations=100_000,
@@ -30,7 +30,7 @@ SHORT_TERM = replace(
     lr_milestones=tuple(range(5000, 60_001, 5000)),
     clip_norm=5.0,
 )
-#: Of Martinez et al.; MBR-long is trained on 100 frames instead of 10.
+#: The recipe of Martinez et al.; MBR-long is trained on 100 frames instead of 10.
 SAMPLING = Recipe(
     regime="sampling",
     iterations=100_000,
@@ -43,8 +43,8 @@ SAMPLING = Recipe(
     lr_milestones=tuple(range(10_000, 100_000, 10_000)),
     clip_norm=5.0,
 )
-#: Of Jain et al., for their own model and for those of Fragkiadaki et al. The optimiser is that of their code; how many
-#: iterations there were is not stated, and is chosen here: a thousand after the last change of the rate.
+#: The recipe of Jain et al., for their model and those of Fragkiadaki et al. The optimiser is from their code. They do
+#: not state the number of iterations; the one here ends a thousand iterations after the last change of the rate.
 NOISE = Recipe(
     regime="noise",
     iterations=5500,
@@ -61,22 +61,22 @@ NOISE = Recipe(
 
 @dataclass(frozen=True)
 class ModelSpec:
-    """A model: what it is, and how it was trained.
+    """A model and its recipe.
 
     Parameters
     ----------
     name : str
-        What it is called here.
+        The name of the model.
     config : dataclass
-        Its sizes and choices.
+        The sizes and choices of the model.
     build : callable
-        ``build(config, n_actions)`` makes it, with weights from torch's global generator.
+        ``build(config, n_actions)`` returns the model, with weights from torch's global generator.
     recipe : Recipe
-        How it was trained.
+        How the model is trained.
     cell : str, optional
-        What its recurrent cells are, where no field ``cell`` of its configuration chooses.
+        The type of its recurrent cells, if no field ``cell`` of its configuration chooses it.
     published : int, optional
-        How many parameters Table 1 of the NPSS paper states.
+        The number of parameters in Table 1 of the NPSS paper.
     """
 
     name: str
@@ -88,11 +88,11 @@ class ModelSpec:
 
     @property
     def regime(self) -> str:
-        """What the loss is of."""
+        """The training objective."""
         return self.recipe.regime
 
 
-#: By name.
+#: Models by name.
 MODELS = Registry(
     "model",
     {
@@ -114,19 +114,19 @@ MODELS = Registry(
 
 
 def register_model(spec: ModelSpec) -> None:
-    """Add a model to those of the commands.
+    """Register a model for the commands.
 
     Parameters
     ----------
     spec : ModelSpec
-        What is trained by ``npss-baselines train NAME``. The fields of its configuration are options.
+        The model that ``npss-baselines train NAME`` trains. The fields of its configuration are options.
 
     Raises
     ------
     TypeError
-        If it is no `ModelSpec`.
+        If it is not a `ModelSpec`.
     ValueError
-        If there is another model of that name.
+        If the name is taken.
     """
     if not isinstance(spec, ModelSpec):
         raise TypeError(f"spec: expected a ModelSpec, got {spec!r}")

@@ -1,4 +1,4 @@
-"""S-RNN: an LSTM for each kind of body part, and one for each kind of pair of them (Jain et al. 2016)."""
+"""S-RNN: an LSTM per kind of body part, and one per kind of pair of parts (Jain et al. 2016)."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from npss.validation import positive_integer
 from npss_baselines.models._lstm import LSTM, LSTMState
 from npss_baselines.models.base import POSE, MotionModel
 
-#: h and c, (B, I, H) each, of I parts, of: the edges torso-arm, torso-leg, arm-arm, leg-leg; the nodes torso, arm, leg.
+#: h and c, (B, I, H) each for I parts, of the edges torso-arm, torso-leg, arm-arm, leg-leg and nodes torso, arm, leg.
 SRNNState = tuple[LSTMState, ...]
 
 
 def _columns(*ranges: range) -> list[int]:
-    """Return which of the 54 columns are in ranges of the 99."""
+    """Return the indices, among the 54 columns, of those in ranges of the 99."""
     return [i for i, column in enumerate(COLUMNS) if any(column in part for part in ranges)]
 
 
-TORSO = _columns(range(6), range(36, 51))  # 18, the root among them
+TORSO = _columns(range(6), range(36, 51))  # 18, including the root
 ARMS = [_columns(range(51, 75)), _columns(range(75, 99))]  # left and right, 10 each
 LEGS = [_columns(range(21, 36)), _columns(range(6, 21))]  # left and right, 8 each
 
 
 @dataclass(frozen=True)
 class SRNNConfig:
-    """The published sizes.
+    """Sizes of S-RNN; the defaults are the published ones.
 
     Parameters
     ----------
     fc : int
-        Units of the layers before the LSTMs, and of the first after a node's.
+        Units of the layers before the LSTMs, and of the first layer after a node's LSTM.
     edge, node : int
         Units of an edge's and of a node's LSTM.
     fc_last : int
-        Units of the layer before the last one.
+        Units of the last layer but one.
     full_width : bool
-        Inputs and outputs of all 54 columns for every part, its own filled in and used, instead of its own alone:
-        18,362,390 parameters instead of 18,285,152. The NPSS paper's Table 1 has 18,368,534, which is neither.
+        Whether inputs and outputs of every part have all 54 columns, the others being zero and unused: 18,362,390
+        parameters instead of 18,285,152. Table 1 of the NPSS paper says 18,368,534, which is neither.
     """
 
     fc: int = 256
@@ -57,12 +57,12 @@ class SRNNConfig:
 
 
 class SRNN(MotionModel):
-    """S-RNN. It predicts the pose itself, and does not look at the label.
+    """S-RNN. It predicts the pose itself and ignores the label.
 
-    The body is a graph: torso, two arms, two legs; edges torso-arm, torso-leg, arm-arm and leg-leg. What is of a kind
-    shares its weights. At each part there is an RNN for each kind of edge, which reads both ends; at the torso, where
-    there are two edges of a kind, it reads the sum of the two, as the released code does. The part's own RNN, the
-    node's, reads the part and the outputs of its edges.
+    The body is a graph: torso, two arms, two legs; edges torso-arm, torso-leg, arm-arm and leg-leg. Parts of a kind
+    share weights, and so do edges. Each part has an RNN per kind of edge, which reads both ends; at the torso, with two
+    edges of a kind, it reads their sum, as in the released code. The part's node RNN reads the part and the outputs
+    of its edges.
 
     Parameters
     ----------
@@ -96,15 +96,17 @@ class SRNN(MotionModel):
         masks = torch.zeros(len(parts), 1, POSE)
         for mask, part in zip(masks, parts, strict=True):
             mask[:, part] = 1
-        self.register_buffer("order", order, persistent=False)  # (54,), the columns of part after part
-        self.register_buffer("place", torch.argsort(order), persistent=False)  # (54,), where each column is then
+        self.register_buffer("order", order, persistent=False)  # (54,), the columns sorted by part
+        self.register_buffer(
+            "place", torch.argsort(order), persistent=False
+        )  # (54,), the place of each column in that order
         self.register_buffer("masks", masks, persistent=False)  # (5, 1, 54)
 
     def begin(self, label: Tensor, n_steps: int) -> SRNNState:
-        """Return the state before the first frame: zeros, for whatever label and number of steps."""
-        at = ((self.torso_arm, 3), (self.torso_leg, 3), (self.arm_arm, 2), (self.leg_leg, 2))
+        """Return the initial state, zeros."""
+        edges = ((self.torso_arm, 3), (self.torso_leg, 3), (self.arm_arm, 2), (self.leg_leg, 2))
         parts = ((self.torso, 1), (self.arm, 2), (self.leg, 2))
-        return tuple(rnn.lstm.begin(label, len(label), n) for rnn, n in (*at, *parts))
+        return tuple(rnn.lstm.begin(label, len(label), n) for rnn, n in (*edges, *parts))
 
     def step(self, pose: Tensor, state: SRNNState) -> tuple[Tensor, SRNNState]:
         """Read a frame."""
@@ -112,7 +114,7 @@ class SRNN(MotionModel):
         return prediction[:, 0], state
 
     def read(self, poses: Tensor, state: SRNNState) -> tuple[Tensor, SRNNState]:
-        """Read frames, all at once."""
+        """Read frames at once."""
         torso, arms, legs = self._split(poses)  # (B, 1, T, 18), (B, 2, T, 10), (B, 2, T, 8)
         torso_arm, s0 = self.torso_arm(self._at_torso_and_limbs(torso, arms), state[0])  # (B, 3, T, E)
         torso_leg, s1 = self.torso_leg(self._at_torso_and_limbs(torso, legs), state[1])  # (B, 3, T, E)
@@ -155,7 +157,7 @@ class _PartLSTM(LSTM):
         return zeros, zeros
 
     def forward(self, inputs: Tensor, state: LSTMState) -> tuple[Tensor, LSTMState]:
-        """Read (B, I, T, F), and return the outputs (B, I, T, H) and the new state."""
+        """Return the outputs (B, I, T, H) for inputs (B, I, T, F), and the new state."""
         shape = inputs.shape[:2]
         rows = tuple(part.reshape(-1, 1, part.shape[-1]) for part in state)  # (B I, 1, H)
         outputs, (h, c) = super().forward(inputs.flatten(0, 1), (rows[0], rows[1]))

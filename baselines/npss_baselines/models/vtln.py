@@ -1,4 +1,4 @@
-"""VTLN-RNN of the NPSS paper: a top RNN plans, from noise and the action, what a Body RNN then does frame by frame."""
+"""The VTLN-RNN of the NPSS paper: from noise and the action, a top RNN makes guides for a Body RNN."""
 
 from __future__ import annotations
 
@@ -20,40 +20,41 @@ from npss_baselines.models.derivatives import derivatives, next_derivatives, own
 
 @dataclass(frozen=True)
 class VTLNConfig:
-    """A member of the family; the defaults are VGRU-d as its authors released it, but for the last two.
+    """Options of the VTLN-RNN; the defaults are VGRU-d as released, except for the last two.
 
-    Where the paper and the released code differ, `text` is what the paper says and `code` what the code does.
+    Where the paper and the released code differ, `text` follows the paper and `code` the code.
 
     Attributes
     ----------
     n_units : int
-        Units of either RNN.
+        Units of each RNN.
     cell : {'code', 'text'}
-        The Body RNN's: `CodeCell`, or equations 1 to 4, which are `GRUCell` with the guide beside its input.
+        Cell of the Body RNN: code for `CodeCell`; text for equations 1 to 4, a `GRUCell` that reads the input and the
+        guide.
     noise : {'code', 'text'}
-        The top RNN begins with mu + sigma * eps, eps ~ N(0, 1). By the code sigma is sqrt(softplus(s)). By the text it
-        is the "covariance matrix" itself, so softplus(s).
+        Scale of the noise: the top RNN starts with mu + sigma * eps, eps ~ N(0, 1). For code, sigma is
+        sqrt(softplus(s)); for text, it is the "covariance matrix" itself, softplus(s).
     top_rnn : bool
-        Whether there is one; without, nothing guides the Body RNN, and nothing is drawn.
+        Whether to have a top RNN; without it, the Body RNN has no guides and no noise.
     n_guides : int
-        How many steps the top RNN makes at least, K of the paper: seed and target frames of a training window. It makes
-        more where more frames are to be read or predicted.
+        Fewest steps of the top RNN, K in the paper: the seed and target frames of a training window. It makes more if
+        more frames are read or predicted.
     n_derivatives : int
-        Backward differences, 0 to 3, that the Body RNN reads beside the pose.
+        Motion derivatives that the Body RNN reads beside the pose, 0 to 3.
     derivative_step : int
-        Frames between the two of which a difference is taken.
+        Distance of the frames of a difference, in frames.
     residual : bool
-        Whether the decoder predicts the difference from the pose that is read.
+        Whether the decoder predicts the difference from the input pose.
     dropout : float
-        Probability, in training, for the Body RNN's input, and for its state where the decoder reads it. The text has
-        it in VGRU-r1 only.
+        Dropout probability, in training, of the Body RNN's input and of the decoder's input. In the text, only VGRU-r1
+        has dropout.
     restart_derivatives : bool
-        Whether, in the open loop of `open_and_closed`, differences above the first take all frames before the closed
-        loop begins for zeros: a mistake of the code.
+        Whether, in `open_and_closed`, the second and higher derivatives of the open loop after the seed take the seed
+        frames as zeros: a mistake of the code.
     own_past : bool
-        Whether differences in closed loop are those of the model's own predictions alone, of frames that it has read,
-        too, and those of frames are of frames alone; as in the released code. By default they are of what was read:
-        where the one follows the other, of frames and predictions.
+        Whether derivatives of predictions use predictions alone, including those of the seed frames, and derivatives of
+        frames use frames alone, as in the released code. By default, derivatives are of the inputs, which mix frames
+        and predictions where one follows the other.
     """
 
     n_units: int = 512
@@ -82,36 +83,36 @@ class VTLNConfig:
             raise ValueError(f"dropout: expected a probability below 1, got {self.dropout!r}")
 
 
-#: The long-term model, as released.
+#: The long-term model as released.
 VGRU_D = VTLNConfig()
-#: The short-term model, of 50 + 10 frames, as released. By the text it reads derivatives: n_derivatives=3.
+#: The short-term model of 50 + 10 frames as released. In the text, it reads derivatives: n_derivatives=3.
 VGRU_R1 = VTLNConfig(n_guides=60, n_derivatives=0, residual=True)
-#: The same as VGRU-d; it is trained by auto-conditioning.
+#: VGRU-d, but trained by auto-conditioning.
 VGRU_AC = VGRU_D
 
 
 class VTLNState(NamedTuple):
-    """What the model remembers between frames."""
+    """The state of the model between frames."""
 
     h: Tensor  # (B, H): the Body RNN's state
-    past: Tensor  # (B, n_derivatives * derivative_step, 54): the last poses that it has read
-    guides: Tensor  # (B, K, H): those of the steps to come
+    past: Tensor  # (B, n_derivatives * derivative_step, 54): the last poses read
+    guides: Tensor  # (B, K, H): the guides of the steps to come
 
 
 class VTLN(MotionModel):
-    """Top RNN, Body RNN and linear decoder.
+    """The VTLN-RNN: top RNN, Body RNN and linear decoder.
 
-    The top RNN reads the label at each of its K steps. Its states, the last one first, guide the Body RNN. Its first
-    state is drawn for each sequence whenever one begins, not only in training: predictions are samples. All
-    randomness is that of torch's global generator.
+    The top RNN reads the label at each of its K steps. Its states, in reverse order, guide the Body RNN. Its initial
+    state is drawn for every sequence, not only in training: predictions are samples. All random numbers come from
+    torch's global generator.
 
-    Kernels begin orthogonal and biases at 0.1, and the decoder, mu and s by Glorot's uniform distribution, as in the
-    released code.
+    As in the released code, kernels start orthogonal and biases at 0.1; the decoder, mu and s start from Glorot's
+    uniform distribution.
 
     Parameters
     ----------
     config : VTLNConfig
-        Which member of the family.
+        The options of the model.
     n_actions : int
         Width of the label.
 
@@ -137,23 +138,23 @@ class VTLN(MotionModel):
         self.decoder.bias = _glorot(POSE)
 
     def begin(self, label: Tensor, n_steps: int) -> VTLNState:
-        """Draw the guides of so many steps, and return them with a Body RNN that has read nothing."""
+        """Draw the guides of `n_steps` steps; return them with the Body RNN's initial state."""
         zeros = self.decoder.weight.new_zeros
         h = zeros(len(label), self.config.n_units)
         past = zeros(len(label), self.config.n_derivatives * self.config.derivative_step, POSE)
         return VTLNState(h, past, self._guides(label, n_steps).transpose(0, 1))
 
     def step(self, pose: Tensor, state: VTLNState) -> tuple[Tensor, VTLNState]:
-        """Read a frame, and return the prediction of the next one and the new state."""
+        """Read a frame; return the prediction of the next frame and the new state."""
         if not state.guides.shape[1]:
-            raise ValueError("n_steps: there are more steps than `begin` was told")
+            raise ValueError("n_steps: more steps than in the call of `begin`")
         order, step = self.config.n_derivatives, self.config.derivative_step
         x, past = next_derivatives(pose, state.past, order, step=step)  # (B, D)
         prediction, h = self._predict(x, state.h, state.guides[:, 0])
         return prediction, VTLNState(h, past, state.guides[:, 1:])
 
     def _predict(self, x: Tensor, h: Tensor, guide: Tensor) -> tuple[Tensor, Tensor]:
-        """Read a pose with its differences (B, D); return the prediction (B, 54) and the Body RNN's new state."""
+        """Read a pose with its derivatives (B, D); return the prediction (B, 54) and the Body RNN's new state."""
         pose, factors = x[:, :POSE], self._dropout(len(x))
         if factors is not None:
             x = x * factors[:, : self.n_inputs]
@@ -162,24 +163,24 @@ class VTLN(MotionModel):
         return self.decoder(out) + pose if self.config.residual else self.decoder(out), h
 
     def switch(self, outputs: Tensor, state: VTLNState) -> VTLNState:
-        """Return the state in which the closed loop begins."""
+        """Return the initial state of the closed loop."""
         if not self.config.own_past:
             return state
         past = own_past(outputs, self.config.n_derivatives, step=self.config.derivative_step)
         return state._replace(past=past)
 
     def switch_back(self, frames: Tensor, state: VTLNState) -> VTLNState:
-        """Return the state in which an open loop begins after a closed one."""
+        """Return the initial state of an open loop after a closed one."""
         if not self.config.own_past:
             return state
         past = past_of(frames, self.config.n_derivatives, step=self.config.derivative_step)
         return state._replace(past=past)
 
     def open_and_closed(self, poses: Tensor, label: Tensor, n_seed: int) -> tuple[Tensor, Tensor]:
-        """Return the predictions after every frame, and those that follow the seed in closed loop.
+        """Return the open-loop predictions after every frame, and the closed-loop predictions after the seed.
 
-        In training both loops are one batch, which is backpropagated by hand (`npss_baselines.models._bptt`): the same
-        numbers as step by step, and faster. It goes step by step where no gradient is wanted, or one of the poses.
+        In training, both loops are one batch, backpropagated by hand (`npss_baselines.models._bptt`): the same numbers,
+        faster. Without gradients, or with gradients of the poses, it goes step by step.
         """
         n_frames = poses.shape[1]
         if not 0 < n_seed < n_frames:
@@ -197,7 +198,7 @@ class VTLN(MotionModel):
         return torch.cat([first, torch.stack(opened, 1)], 1), closed
 
     def mixed(self, poses: Tensor, label: Tensor, own: Sequence[bool]) -> Tensor:
-        """Do what `MotionModel.mixed` does, in training as fast as `open_and_closed`."""
+        """Do the same as `MotionModel.mixed`; in training, as fast as `open_and_closed`."""
         if not torch.is_grad_enabled() or poses.requires_grad:
             return super().mixed(poses, label, own)
         if len(own) != poses.shape[1] or own[0]:
@@ -206,9 +207,9 @@ class VTLN(MotionModel):
         return torch.cat([first, rest[:, 0]]).transpose(0, 1)
 
     def _unroll(self, poses: Tensor, label: Tensor, own: tuple[bool, ...], *, beside: bool) -> tuple[Tensor, Tensor]:
-        """Return the predictions (S, B, 54) of the steps before the first own one, and (T - S, n, B, 54) of the others.
+        """Return the predictions (S, B, 54) before the first step that reads one, and (T - S, n, B, 54) from it on.
 
-        There are n = 2 streams if an open loop goes on beside the closed one.
+        n is 2 if an open loop continues beside the closed one, else 1.
         """
         batch, n_frames, _ = poses.shape
         order, step = self.config.n_derivatives, self.config.derivative_step
@@ -219,13 +220,13 @@ class VTLN(MotionModel):
         return _bptt.predictions(features, guides, self.body.blocks(self.n_guide), self.decoder, factors, loop)
 
     def _features(self, poses: Tensor, n_seed: int | None) -> Tensor:
-        """Return what is read (B, T, D) in open loop, of which the closed loop begins after so many frames."""
+        """Return the open loop's inputs (B, T, D), if the closed loop starts after `n_seed` frames."""
         order, step = self.config.n_derivatives, self.config.derivative_step
         restart = n_seed if self.config.restart_derivatives else None
         return derivatives(poses, order, step=step, restart=restart)
 
     def _guides(self, label: Tensor, n_steps: int) -> Tensor:
-        """Draw the guides (K, B, H) of as many steps, or more."""
+        """Draw the guides (K, B, H) of at least `n_steps` steps."""
         if label.shape[1:] != (self.n_actions,):
             raise ValueError(f"label: expected shape (B, {self.n_actions}), got {tuple(label.shape)}")
         n = max(n_steps, self.config.n_guides)
@@ -242,15 +243,15 @@ class VTLN(MotionModel):
         return torch.stack(states[::-1])
 
     def _dropout(self, batch: int, n: int = 1, arrange: Callable[[Tensor], Tensor] | None = None) -> Tensor | None:
-        """Draw what dropout multiplies a step's input and hidden state by, (n B, D + H), of n steps; None if by 1.
+        """Draw the dropout factors of the input and hidden state, (n B, D + H), for n steps; None if all are 1.
 
-        Steps are drawn one after another, so that it does not matter in how many calls. What is drawn, (n, B, D + H),
-        can then be arranged otherwise.
+        Steps are drawn one after another, so that the number of calls does not matter; `arrange` reorders the values
+        drawn, (n, B, D + H).
         """
         p, n_columns, like = self.config.dropout, self.n_inputs + self.config.n_units, self.decoder.weight
         if not (self.training and p):
             return None
-        # Four from each random word of 64 bits, several times faster than a draw for each: p is exact to 2**-17.
+        # Four values from each random word of 64 bits, several times faster than one each: p is exact to 2**-17.
         words = torch.empty(n, batch, (n_columns + 3) // 4, dtype=torch.int64, device=like.device)
         kept = words.random_(-(2**63), None).view(torch.int16)[..., :n_columns] >= round(p * 2**16) - 2**15
         rows = kept.flatten(0, 1) if arrange is None else arrange(kept)

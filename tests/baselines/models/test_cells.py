@@ -1,4 +1,4 @@
-"""Motion derivatives and recurrent cells, against their definitions written out in numpy and against torch's own."""
+"""Motion derivatives and recurrent cells, compared with their definitions in numpy and with torch's."""
 
 import math
 
@@ -27,7 +27,7 @@ def draw(*shape):
 
 
 def by_equation_5(frames, n, h, t):
-    """Difference n of frame t, of frames (T, D) before which there are zeros."""
+    """Return difference n of frame t of frames (T, D), which zeros precede."""
     terms = ((-1) ** i * math.comb(n, i) * frames[t - i * h] for i in range(n + 1) if t >= i * h)
     return sum(terms, np.zeros(frames.shape[1]))
 
@@ -54,7 +54,7 @@ def test_all_differences_of_the_first_frame_are_the_frame():
 
 
 @given(shape=windows, cut=st.integers(0, 12))
-def test_frame_by_frame_and_in_two_parts_they_are_the_same(shape, cut):
+def test_frame_by_frame_and_in_two_parts_differences_are_the_same(shape, cut):
     *shape, order, h = shape
     poses = torch.tensor(np.random.default_rng(cut).normal(size=shape))
     whole = derivatives(poses, order, step=h)
@@ -69,13 +69,13 @@ def test_frame_by_frame_and_in_two_parts_they_are_the_same(shape, cut):
 
 @pytest.mark.parametrize("h", [1, 2])
 @pytest.mark.parametrize("restart", [1, 4])
-def test_restarted_differences_take_those_before_for_zero(h, restart):
+def test_restarted_differences_take_earlier_frames_as_zeros(h, restart):
     poses = draw(1, 9, D).numpy()[0]
     first = np.stack([by_equation_5(poses, 1, h, t) for t in range(9)])
     rows = derivatives(torch.tensor(poses)[None], 3, step=h, restart=restart)[0].numpy()
     np.testing.assert_allclose(
         rows[:, D : 2 * D], first, rtol=0, atol=1e-14
-    )  # the first difference knows the frame before
+    )  # the first difference uses the previous frame
     anew = np.where(np.arange(9)[:, None] < restart, 0, poses)  # so that the others are as large as a pose
     for n in (2, 3):
         expected = np.stack([by_equation_5(anew, n, h, t) for t in range(restart, 9)])
@@ -94,7 +94,7 @@ def test_an_own_past_is_what_precedes_the_last_prediction(n, order, step):
 
 
 def test_restarted_differences_are_as_large_as_a_pose():
-    """As released: of a motion that hardly moves, the second and third difference are the pose itself."""
+    """As in the released code: for a nearly still motion, the second and third difference equal the pose."""
     poses = torch.full((1, 9, D), 5.0, dtype=torch.float64) + 1e-3 * draw(1, 9, D)
     row = derivatives(poses, 3, restart=5)[0, 5].view(4, D)
     torch.testing.assert_close(row[1], poses[0, 5] - poses[0, 4], rtol=0, atol=1e-15)
@@ -103,7 +103,7 @@ def test_restarted_differences_are_as_large_as_a_pose():
 
 
 @given(shape=windows)
-def test_the_past_of_what_follows(shape):
+def test_the_past_of_the_next_frame(shape):
     *shape, order, h = shape
     poses = torch.tensor(np.random.default_rng(0).normal(size=shape))
     whole, n = derivatives(poses, order, step=h), shape[1] - 1
@@ -121,7 +121,7 @@ def arrays(cell, *tensors):
 
 
 def original_gru(x, h, W, U, b):
-    """One matrix and one bias for each of r (reset), u (update), c (candidate)."""
+    """A GRU step with a matrix and a bias for each of r (reset), u (update), c (candidate)."""
     r = sigmoid(x @ W["r"] + h @ U["r"] + b["r"])
     u = sigmoid(x @ W["u"] + h @ U["u"] + b["u"])
     c = np.tanh(x @ W["c"] + (r * h) @ U["c"] + b["c"])
@@ -137,7 +137,7 @@ def random_biases(cell):
 
 
 def matrices(parameters):
-    """The matrices of a `GRUCell`, gate by gate: of the input, of the state, biases."""
+    """Return the input matrices, state matrices and biases of a `GRUCell`, gate by gate."""
     gates, candidate = parameters["gates"], parameters["candidate"]
     whole = {"u": gates[:, :H], "r": gates[:, H:], "c": candidate}
     biases = parameters["gates_bias"]
@@ -193,7 +193,7 @@ def test_gru_cell_is_torchs_only_where_the_reset_gate_does_not_matter():
     assert torch.allclose(cell(x, h), as_torch(cell)(x, h), rtol=0, atol=1e-13)
     with torch.no_grad():
         cell.gates_bias[H:] = 0
-        cell.candidate[D:] = 0  # the candidate does not see h
+        cell.candidate[D:] = 0  # the candidate does not depend on h
     assert torch.allclose(cell(x, h), as_torch(cell)(x, h), rtol=0, atol=1e-13)
 
 
@@ -206,7 +206,7 @@ def test_the_update_gate_keeps_the_state():
 
 
 @pytest.mark.parametrize("kind", BODY)
-def test_parameters_begin_as_in_the_released_code(kind):
+def test_initial_parameters_are_those_of_the_released_code(kind):
     cell = BODY[kind]()
     for kernel in (cell.gates, cell.candidate):
         wide = kernel if len(kernel) <= kernel.shape[1] else kernel.T
@@ -215,7 +215,7 @@ def test_parameters_begin_as_in_the_released_code(kind):
 
 
 @pytest.mark.parametrize("kind", BODY)
-def test_blocks_make_the_same_step(kind):
+def test_blocks_compute_the_same_step(kind):
     cell, x, p, h = random_biases(BODY[kind]()), draw(B, D), draw(B, P), draw(B, H)
     blocks = cell.blocks(P)
     plan = torch.addmm(blocks.plan_bias, p, blocks.plan)

@@ -1,4 +1,4 @@
-"""The models as models: what they read and predict, that steps are what they should be, and how large they are."""
+"""All models: inputs and predictions, steps, and numbers of parameters."""
 
 import argparse
 import json
@@ -40,13 +40,13 @@ SMALL = {
     LSTM3LRConfig: {"size": 9},
     SRNNConfig: {"fc": 7, "edge": 5, "node": 6, "fc_last": 8},
 }
-FEEDS_ITS_LABEL_BACK = "mbr-sup"  # in closed loop, where `step` is told the true one
+FEEDS_ITS_LABEL_BACK = "mbr-sup"  # in closed loop; `step` reads the true one
 pytestmark = pytest.mark.usefixtures("one_thread")
 every_model = pytest.mark.parametrize("name", MODELS)
 
 
 def small(name, n_actions=A, seed=0, **fields):
-    """A small one of the kind, in double precision, and without dropout."""
+    """Return a small model of the kind, in double precision and without dropout."""
     torch.manual_seed(seed)
     spec = MODELS[name]
     return spec.build(replace(spec.config, **SMALL[type(spec.config)] | fields), n_actions).double()
@@ -59,7 +59,7 @@ def windows(n_frames=T, seed=0, n=B):
 
 
 def begin(model, label, n_steps=T):
-    """The state before the first frame, with the same noise each time."""
+    """Return the initial state, with the same noise each time."""
     torch.manual_seed(1)
     return model.begin(label, n_steps)
 
@@ -69,7 +69,7 @@ def tensors(state):
 
 
 def rows(state, chosen):
-    """Some sequences of a batch."""
+    """Return some sequences of a batch."""
     if isinstance(state, torch.Tensor):
         return state[chosen]
     parts = [rows(part, chosen) for part in state]
@@ -77,7 +77,7 @@ def rows(state, chosen):
 
 
 def by_steps(model, poses, state, n=0):
-    """Predictions after each frame, and of n steps more that each read the one before."""
+    """Return the predictions after each frame, and of n more steps in closed loop."""
     predictions = []
     for pose in poses.unbind(1):
         prediction, state = model.step(pose, state)
@@ -88,7 +88,7 @@ def by_steps(model, poses, state, n=0):
     return torch.stack(predictions, 1), state
 
 
-# --- what all of them do ----------------------------------------------------------------------------------------------
+# --- behaviour of all models ----------------------------------------------------------------------------------------
 
 
 @every_model
@@ -106,7 +106,7 @@ def test_shapes(name, training):
 
 
 @every_model
-def test_reading_is_so_many_steps(name):
+def test_reading_equals_steps(name):
     model = small(name).eval()
     poses, label = windows()
     at_once, state = model.read(poses, begin(model, label))
@@ -131,7 +131,7 @@ def test_no_prediction_knows_the_future(name):
 
 
 @every_model
-def test_a_prediction_is_the_seed_read_and_then_itself(name):
+def test_a_prediction_reads_the_seed_and_then_itself(name):
     model = small(name).eval()
     poses, label = windows(S)
     torch.manual_seed(1)
@@ -159,7 +159,7 @@ def test_open_and_closed_loop_are_those_of_steps(name, training):
 
 @every_model
 def test_a_state_has_the_batch_first(name):
-    """Of a batch, some sequences can go on without the others."""
+    """Some sequences of a batch can continue without the others."""
     model = small(name).eval()
     poses, label = windows()
     _, state = model.read(poses[:, :S], begin(model, label))
@@ -170,7 +170,7 @@ def test_a_state_has_the_batch_first(name):
 
 
 @every_model
-def test_the_same_seed_gives_the_same(name):
+def test_the_same_seed_gives_the_same_prediction(name):
     def run(seed):
         model = small(name, seed=seed)
         torch.manual_seed(seed)
@@ -202,7 +202,7 @@ def test_one_window_is_learnt(name):
 
 @every_model
 @pytest.mark.parametrize("regime", REGIMES)
-def test_every_regime_teaches_every_parameter(name, regime):
+def test_every_regime_trains_every_parameter(name, regime):
     model = small(name)
     poses, label = windows(T + 1)
     recipe = replace(
@@ -213,18 +213,18 @@ def test_every_regime_teaches_every_parameter(name, regime):
     parts["loss"].backward()
     for parameter_name, parameter in model.named_parameters():
         if not parameter.requires_grad:
-            assert "bias_hh" in parameter_name  # torch's second bias, which is none of the model
+            assert "bias_hh" in parameter_name  # torch's second bias, which the model does not have
             continue
         assert parameter.grad is not None, parameter_name
         assert parameter.grad.isfinite().all()
         assert (parameter.grad != 0).any(), parameter_name
         if name == "mbr-sup" and parameter_name.startswith("decoder"):
-            # What the label's own prediction is like matters only where it is measured or read again.
+            # The predicted label matters only where it is measured or read.
             taught = (parameter.grad[POSE:] != 0).all()
             assert taught == (regime in ("sampling", "eq6"))
 
 
-# --- how large they are -----------------------------------------------------------------------------------------------
+# --- numbers of parameters -------------------------------------------------------------------------------------------
 
 COUNTS = {
     ("vgru-d", "code"): 3_359_798,
@@ -243,7 +243,7 @@ def counted():
     return params.records()
 
 
-def test_parameters_are_as_many_as_the_structure_says(counted):
+def test_the_structure_gives_the_number_of_parameters(counted):
     found = {(record["model"], record["cell"]): record["parameters"] for record in counted}
     assert {key: found[key] for key in COUNTS} == COUNTS
     assert {record["model"] for record in counted} == set(MODELS)
@@ -257,7 +257,7 @@ def test_sup_has_a_label_of_fifteen_in_and_out(counted):
     assert record["parameters"] == 3 * 1024 * (width + 1024 + 1) + (1024 + 1) * width
 
 
-def test_published_counts_stand_beside_them(counted):
+def test_published_counts(counted):
     exact = {record["model"] for record in counted if record["parameters"] == record["published"]}
     assert exact == {"erd", "lstm-3lr"}
     assert {record["model"] for record in counted if record["published"]} == {
@@ -343,7 +343,7 @@ def test_gru_is_the_original_one():
 
 
 @pytest.mark.parametrize("name", ["mbr-unsup", "mbr-sup", "mbr-long"])
-def test_mbr_without_a_decoder_holds_the_last_frame_or_says_nothing(name):
+def test_mbr_with_a_zero_decoder_holds_the_last_frame_or_predicts_zeros(name):
     model = small(name)
     for parameter in model.decoder.parameters():
         torch.nn.init.zeros_(parameter)
@@ -372,7 +372,7 @@ def test_mbr_reads_the_label_that_it_predicted():
         torch.testing.assert_close(after, before + model.decoder(h))
 
 
-def test_mbr_begins_as_released():
+def test_initial_parameters_of_mbr_are_those_of_the_released_code():
     model = MBR(MBRConfig(size=64), 1)
     assert (model.cell.gates_bias == 1).all()
     assert (model.cell.candidate_bias == 0).all()
@@ -411,20 +411,20 @@ def test_gru_d_may_restart_its_derivatives_in_open_loop_alone():
 
 
 @pytest.mark.parametrize("restart", [False, True])
-def test_gru_d_may_begin_its_closed_loop_with_an_own_past(restart):
+def test_gru_d_may_start_its_closed_loop_from_predictions(restart):
     poses, label = windows()
     plain, own = (small("gru-d", restart_derivatives=restart, own_past=own) for own in (False, True))
     (opened, _), (same, closed) = (model.open_and_closed(poses, label, S) for model in (plain, own))
     assert torch.equal(opened, same)
     _, (_, h) = own.read(poses[:, :S], own.begin(label, T))
-    state = (opened[:, S - 4 : S - 1], h)  # as if it had read its predictions
+    state = (opened[:, S - 4 : S - 1], h)  # as after reading its predictions
     torch.testing.assert_close(closed, own.continue_closed(opened[:, S - 1], state, K))
     predicted = own.predict(poses[:, :S], label, K + 1)
     torch.testing.assert_close(predicted, torch.cat([opened[:, S - 1 : S], closed], 1))
 
 
-def test_gru_d_may_be_conditioned_on_an_own_past():
-    """As released: true frames have differences of true frames, and outputs differences of outputs."""
+def test_gru_d_may_be_conditioned_with_own_past():
+    """As in the released code: differences of true frames use true frames, those of outputs use outputs."""
     poses, label = windows()
     model = small("gru-d", own_past=True, n_derivatives=2)
     own = [t % 6 in (2, 3, 4) for t in range(T)]
@@ -556,7 +556,7 @@ def test_bad_fields_are_refused_by_name(config, fields, error):
         config(**fields)
 
 
-def test_a_command_that_needs_no_model_needs_no_torch():
+def test_commands_without_models_need_no_torch():
     code = "import sys; from npss_baselines.commands import params; print('torch' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True)
     assert done.stdout.strip() == "False"

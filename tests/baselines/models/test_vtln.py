@@ -1,4 +1,4 @@
-"""VTLN: what it computes, step by step and by hand-written backpropagation; what is random and what is not."""
+"""The VTLN-RNN: step by step and by hand-written backpropagation; its random numbers."""
 
 import dataclasses
 import itertools
@@ -66,7 +66,7 @@ def by_seed(call, *arguments, seed=5):
 
 
 def step_by_step(model, poses, label, n_seed):
-    """`open_and_closed` as it is without hand-written backpropagation: it does not know the poses' gradient."""
+    """Call `open_and_closed` without hand-written backpropagation, which has no gradient of the poses."""
     return model.open_and_closed(poses.detach().clone().requires_grad_(), label, n_seed)
 
 
@@ -96,7 +96,7 @@ def test_members_of_the_family():
     assert {name.split(".")[0] for name, _ in without.named_parameters()} == {"body", "decoder"}
 
 
-def test_parameters_begin_as_in_the_released_code():
+def test_initial_parameters_are_those_of_the_released_code():
     model = VTLN(VTLNConfig(), 1)
     for value, bound in ((model.mu, 6 / 1024), (model.s, 6 / 1024), (model.decoder.weight, 6 / 566)):
         assert 0.95 * bound**0.5 < value.abs().max() <= bound**0.5
@@ -114,12 +114,12 @@ def test_shapes(variant, poses, label):
         assert model.predict(poses[:, :1], label, 1).shape == (B, 1, POSE)
 
 
-# --- what it computes -------------------------------------------------------------------------------------------------
+# --- results ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.numeric
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_step_by_step_and_by_hand_it_is_the_same(variant, poses, label):
+def test_step_by_step_and_by_hand_results_are_the_same(variant, poses, label):
     model = make(**variant)
     slow = by_seed(step_by_step, model, poses, label, S)
     fast = by_seed(model.open_and_closed, poses, label, S)
@@ -147,8 +147,8 @@ def test_in_single_precision_loss_and_gradients_agree(cell, label):
         return torch.cat([loss.detach()[None], *(parameter.grad.flatten() for parameter in model.parameters())])
 
     slow, fast = equation_6(lambda *inputs: step_by_step(model, *inputs)), equation_6(model.open_and_closed)
-    # A frame's gate rounds a sum over inputs, guide and state; one after the other there are as many steps of the
-    # top RNN as of the Body RNN. Errors of independent roundings add up as their square root.
+    # A gate rounds a sum over inputs, guide and state, in as many steps of the top RNN as of the Body RNN. Independent
+    # rounding errors add up as the square root of their number.
     n_terms = model.n_inputs + 2 * n_units
     tolerance = 2 * n_frames * n_terms**0.5 * torch.finfo(torch.float32).eps / 2
     assert slow[0] == pytest.approx(fast[0].item(), rel=tolerance)
@@ -200,11 +200,11 @@ def test_prediction_is_the_same_from_a_seed_alone(poses, label):
     opened, closed = by_seed(model.open_and_closed, poses, label, S)
     predicted = by_seed(model.predict, poses[:, :S], label, T - S + 1)
     assert torch.allclose(predicted, torch.cat([opened[:, S - 1 : S], closed], 1), rtol=0, atol=1e-12)
-    # One frame less needs one step less, but the guides are planned for as many.
+    # One frame less needs one step less, but the number of guides is the same.
     assert torch.allclose(by_seed(model.predict, poses[:, :S], label, T - S), predicted[:, :-1], rtol=0, atol=1e-12)
 
 
-def test_reading_is_so_many_steps(poses, label):
+def test_reading_equals_steps(poses, label):
     model = make().eval()
     read, end = model.read(poses, by_seed(model.begin, label, T))
     state = by_seed(model.begin, label, T)
@@ -240,7 +240,7 @@ def test_restarted_derivatives_matter_in_open_loop_only(cell, poses, label):
 @pytest.mark.parametrize("cell", CELLS)
 @pytest.mark.parametrize("step", [1, 2])
 def test_an_own_past_is_that_of_the_predictions_of_frames_that_were_read(cell, step, poses, label):
-    """As released: the first input of the closed loop has the differences of the last outputs of the seed."""
+    """As in the released code: the closed loop's first input has the differences of the last outputs of the seed."""
     model = make(cell=cell, own_past=True, derivative_step=step, n_derivatives=2).eval()
     opened, closed = by_seed(model.open_and_closed, poses, label, S)
     state = by_seed(model.begin, label, T)
@@ -283,8 +283,8 @@ def test_mixed_reads_frames_and_predictions(variant, own, poses, label):
 @pytest.mark.parametrize("cell", CELLS)
 @pytest.mark.parametrize("step", [1, 2])
 @pytest.mark.parametrize("own", [(2, 3, 6), (1, 5, 6), (4, 5, 6, 7, 8)])
-def test_conditioned_on_an_own_past_frames_and_predictions_are_kept_apart(cell, step, own, poses, label):
-    """As released: true frames have differences of true frames, and outputs differences of outputs."""
+def test_conditioned_with_own_past_frames_and_predictions_are_separate(cell, step, own, poses, label):
+    """As in the released code: differences of true frames use true frames, those of outputs use outputs."""
     model = make(cell=cell, own_past=True, derivative_step=step, n_derivatives=2)
     predictions = by_seed(model.mixed, poses, label, [t in own for t in range(T)])
     o = torch.cat([torch.zeros(B, 1, POSE).double(), predictions], 1)  # the prediction of frame 0, 1 and so on
@@ -346,7 +346,7 @@ def test_every_entry_of_the_hand_written_jacobian(cell, beside, dropout):
     assert gradcheck(call, (guides, *body.parameters(), *decoder.parameters()), fast_mode=False)
 
 
-def test_a_graph_serves_again_whatever_has_been_computed_since(poses, label):
+def test_a_graph_can_be_reused(poses, label):
     model = make()
     outputs = model.open_and_closed(poses, label, S)
     loss = outputs[0].square().sum() + outputs[1].sum()
@@ -399,7 +399,7 @@ def test_noise_has_the_scale_that_is_learned(noise, sigma):
     assert (torch.corrcoef(guides[:, 0].T) - torch.eye(7)).abs().max() < 0.06
 
 
-def test_one_action_is_not_the_other(poses):
+def test_actions_have_different_predictions(poses):
     model = make().eval()
     one, other = torch.eye(A, dtype=torch.float64)
     with torch.no_grad():
@@ -427,18 +427,20 @@ def test_dropout_is_for_training_only(poses, label):
     assert not torch.allclose(outputs["with", True], outputs["with", False], rtol=0, atol=1e-2)
 
 
-def test_dropout_is_of_the_input_and_of_what_the_decoder_reads(poses, label):
+def test_dropout_is_of_the_inputs_of_body_rnn_and_decoder(poses, label):
     model = make(dropout=1 - 2**-16, residual=True)
     start = model.begin(label, T)
     prediction, state = model.step(poses[:, 0], start)
     zeros = torch.zeros(B, model.n_inputs, dtype=torch.float64)
-    assert torch.allclose(prediction, model.decoder.bias + poses[:, 0], rtol=0, atol=1e-12)  # the residual has none
+    assert torch.allclose(
+        prediction, model.decoder.bias + poses[:, 0], rtol=0, atol=1e-12
+    )  # the residual has no dropout
     assert torch.allclose(
         state.h, model.body(zeros, start.h, start.guides[:, 0]), rtol=0, atol=1e-12
     )  # nor has the state
 
 
-def test_what_dropout_multiplies_by():
+def test_dropout_factors():
     model = make(dropout=0.3)
     factors = model._dropout(20, 50)
     assert factors.shape == (1000, model.n_inputs + 7)
@@ -478,12 +480,12 @@ def test_what_dropout_multiplies_by():
         ("own_past", 1, TypeError),
     ],
 )
-def test_fields_that_make_no_sense(field, value, error):
+def test_bad_fields_are_refused_by_name(field, value, error):
     with pytest.raises(error, match=f"^{field}: "):
         VTLNConfig(**{field: value})
 
 
-def test_calls_that_make_no_sense(poses, label):
+def test_bad_calls_are_refused(poses, label):
     model = make(n_guides=2)
     for n_seed in (0, T):
         with pytest.raises(ValueError, match=r"^n_seed: expected 1 to 8 of 9 frames"):
