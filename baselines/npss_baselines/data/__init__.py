@@ -1,4 +1,4 @@
-"""Motion: data sets where a user has them, and a generated gait that needs no data. Sources are registered here."""
+"""Sources of motion: data sets that a user has, a generated gait, and a registry for more."""
 
 from npss_baselines.data.motion import Clip
 from npss_baselines.data.registry import SOURCES, pose_sources, register_source

@@ -1,7 +1,7 @@
-"""BVH files: a skeleton, and the rotations and places of its joints.
+"""BVH files: a skeleton, and the rotations and translations of its joints.
 
-The format has no standard. What is read here is what programs write: every line below, in this order, and nothing
-else, so that a damaged file is refused at its line rather than read as another skeleton.
+The format has no standard. This reader accepts what programs write: the statements below, in this order, and nothing
+else. So it refuses a damaged file at the damaged line, and never reads it as another skeleton.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from npss.rotations import euler_to_matrix
 from npss.skeleton import Skeleton
 from npss.validation import Float64
 
-#: A file with more joints, end sites included, is refused: no body has as many, and time grows with their square.
+#: Most joints of a file, end sites included: no body has as many, and time grows with their square.
 MAX_JOINTS = 1000
-#: A number beyond it is refused, be it a length or degrees: rotations lose their digits, and no body has been as far.
+#: Largest absolute value of a length or an angle in degrees: beyond it, rotations lose their digits.
 MAX_VALUE = 1e6
-#: What the channels of a joint may be.
+#: The channels that a joint may have.
 CHANNELS = ("Xposition", "Yposition", "Zposition", "Xrotation", "Yrotation", "Zrotation")
 
 _NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _FLAGS = re.ASCII | re.IGNORECASE
 _COMMENT = re.compile(r"(?:#|//).*")
 _NAMED = re.compile(r"(?:ROOT|JOINT) [^{]*", _FLAGS)
-# The statements of a hierarchy, their white space being single blanks, and how errors describe them.
+# The statements of a hierarchy, with white space as single blanks, and their descriptions in errors.
 _STATEMENTS = {
     kind: (text, re.compile(pattern, _FLAGS))
     for kind, text, pattern in (
@@ -42,7 +42,7 @@ _STATEMENTS = {
         ("open", "{", r"\{"),
         ("close", "}", r"\}"),
         ("offset", "OFFSET and 3 numbers", rf"OFFSET(?: {_NUMBER}){{3}}"),
-        ("channels", "CHANNELS, how many, and which", r"CHANNELS (?P<count>\d{1,3})(?P<channels>(?: \S+)*)"),
+        ("channels", "CHANNELS, their number and names", r"CHANNELS (?P<count>\d{1,3})(?P<channels>(?: \S+)*)"),
         ("motion", "MOTION", "MOTION"),
         ("frames", "Frames: NUMBER", r"Frames ?: ?(?P<frames>\d{1,18})"),
         ("time", "Frame Time: SECONDS", rf"Frame Time ?: ?(?P<seconds>{_NUMBER})"),
@@ -63,20 +63,20 @@ _NEXT = {
 
 @dataclass(frozen=True, eq=False)
 class Bvh:
-    """What a BVH file holds.
+    """The content of a BVH file.
 
     Attributes
     ----------
     skeleton : Skeleton
-        The J joints, end sites included: that of the joint ``foot`` is ``footEnd``. In the unit of the file.
+        The J joints, in the unit of the file. The end site of the joint ``foot`` is the joint ``footEnd``.
     channels : tuple of (tuple of str or None)
-        Of every joint those of `CHANNELS` that it has, in the order of the file: the order of its rotations is that in
-        which they are multiplied, from the left. None of an end site.
+        The channels of every joint, of `CHANNELS`, in the order of the file; rotations are multiplied in this order,
+        from the left. None for an end site.
     rotations : (T, J, 3, 3) ndarray of float64
-        The rotation of every joint in the frame of its parent; without channels for it, the identity.
+        The rotation of every joint in the frame of its parent; without rotation channels, the identity.
     translations : (T, J, 3) ndarray of float64
-        Where every joint is in the frame of its parent, and the root in the world: its offset, each coordinate of which
-        is replaced by the position channel that it may have.
+        The position of every joint in the frame of its parent, and of the root in the world: its offset, in which a
+        position channel replaces its coordinate.
     fps : float
         Frames per second.
     """
@@ -89,11 +89,11 @@ class Bvh:
 
     @property
     def root(self) -> Float64:
-        """Where the root is, ``(T, 3)``."""
+        """The position of the root, ``(T, 3)``."""
         return self.translations[:, self.skeleton.parents.index(-1)]
 
     def positions(self) -> Float64:
-        """Compute where the joints are, ``(T, J, 3)``, in the unit of the file."""
+        """Compute the positions of the joints, ``(T, J, 3)``, in the unit of the file."""
         positions: Float64 = self.skeleton.positions(self.rotations, offsets=self.translations)
         return positions
 
@@ -104,32 +104,32 @@ def read(path: str | os.PathLike[str]) -> Bvh:
     Parameters
     ----------
     path : path
-        A file, UTF-8.
+        A UTF-8 file.
 
     Returns
     -------
     Bvh
-        Its motion. A frame time within 0.01 % of 1/N seconds is read as 1/N: 0.00833333 is 120 frames per second.
+        The motion. A frame time within 0.01 % of 1/N seconds is read as 1/N: 0.00833333 is 120 frames per second.
 
     Warns
     -----
     UserWarning
-        If there is one frame more or fewer than the file says, as some programs count: all that are there are read.
+        If the file has one frame more or fewer than it says, as some programs count; all its frames are read.
 
     Raises
     ------
     OSError
         If the file cannot be read.
     ValueError
-        If it is broken, or has what is not read: several roots, joints of one name, a channel twice in a joint. Names
-        the file and, where it can be known, the line and the joint.
+        If the file is broken, or has several roots, duplicate names of joints, or duplicate channels of a joint. Names
+        the file and, if known, the line and the joint.
 
     Notes
     -----
-    A joint has up to six channels, in any order; a joint's position replaces its offset, as in the files of Blender,
-    Mixamo and motion capture studios, and is not added to it. Keywords may be in any case, and braces on the line of a
-    joint. From ``#`` or ``//`` on a line is a comment, but for that of a joint, whose name is all that follows the
-    keyword: ``JOINT left arm #1 {``. What follows ``End Site`` is one, too.
+    A joint has up to six channels, in any order. A position channel replaces the offset and is not added to it, as in
+    the files of Blender, Mixamo and motion capture studios. Keywords may have any case, and a brace may follow on the
+    line of a joint. A comment runs from ``#`` or ``//``, or from ``End Site``, to the end of the line. A joint's name
+    is an exception, and runs to the brace: ``JOINT left arm #1 {``.
     """
     file = Path(path)
     text = read_text(file)
@@ -143,9 +143,9 @@ def _parse(lines: Sequence[str], file: Path) -> Bvh:
     header = _read_header(lines)
     rows = _read_rows(lines, header)
     if not len(rows) or abs(len(rows) - header.n_frames) > 1:
-        raise ValueError(f"{len(rows)} frames, where it says {header.n_frames}")
+        raise ValueError(f"{len(rows)} frames, but the header says {header.n_frames}")
     if len(rows) != header.n_frames:
-        warnings.warn(f"{file}: {len(rows)} frames, where it says {header.n_frames}", stacklevel=3)
+        warnings.warn(f"{file}: {len(rows)} frames, but the header says {header.n_frames}", stacklevel=3)
     return _convert(header, rows)
 
 
@@ -161,7 +161,7 @@ class _Joint:
 class _Header:
     n_lines: int  # up to the first frame
     joints: list[_Joint]
-    n_frames: int  # as it says
+    n_frames: int  # of the header
     fps: float
 
     @property
@@ -170,7 +170,7 @@ class _Header:
 
 
 def _read_header(lines: Sequence[str]) -> _Header:
-    """Compare what comes before the frames with the grammar of the format; raise at the first line that differs."""
+    """Parse the lines before the frames by the grammar of the format; raise at the first line that breaks it."""
     joints: list[_Joint] = []
     names: set[str] = set()
     inside: list[int] = []  # the joints whose braces are open
@@ -183,7 +183,7 @@ def _read_header(lines: Sequence[str]) -> _Header:
         if kind in ("root", "joint", "end"):
             name = "" if kind == "end" else match["name"]
             if name in names:
-                raise ValueError(f"line {number}: the name {name!r} is there twice")
+                raise ValueError(f"line {number}: duplicate name {name!r}")
             names |= {name} - {""}
             if len(joints) == MAX_JOINTS:
                 raise ValueError(f"line {number}: more than {MAX_JOINTS} joints and end sites")
@@ -201,15 +201,15 @@ def _read_header(lines: Sequence[str]) -> _Header:
         elif kind == "frames":
             n_frames = int(match["frames"])
         elif kind == "time":
-            of, following = next(statements, (0, ""))
-            if of == number:
+            following_number, following = next(statements, (0, ""))
+            if following_number == number:
                 raise ValueError(f"line {number}: expected nothing after the frame time, got {following[:60]!r}")
             return _Header(number, joints, n_frames, _frames_per_second(number, match["seconds"]))
-    raise ValueError(f"ends with line {len(lines) - (lines[-1] == '')}: expected {_describe(expected)}")
+    raise ValueError(f"the file ends at line {len(lines) - (lines[-1] == '')}, expected {_describe(expected)}")
 
 
 def _statements(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
-    """Yield the statements of a hierarchy with the numbers of their lines: braces are statements of their own."""
+    """Yield the statements of a hierarchy with their line numbers; a brace is a statement."""
     for number, line in enumerate(lines, 1):
         words = " ".join(line.split())
         named = _NAMED.match(words)
@@ -219,7 +219,7 @@ def _statements(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
 
 
 def _match(number: int, words: str, expected: Sequence[str]) -> tuple[str, re.Match[str]]:
-    """Return which of the statements that are expected this one is."""
+    """Return the kind of a statement, one of those expected, and its match."""
     for kind in expected:
         if match := _STATEMENTS[kind][1].fullmatch(words):
             return kind, match
@@ -234,27 +234,27 @@ def _channels(number: int, joint: str, count: str, words: Sequence[str]) -> tupl
     """Read the channels of a joint."""
     where = f"line {number}, joint {joint!r}"
     if len(words) != int(count):
-        raise ValueError(f"{where}: CHANNELS {count}, but {len(words)} follow")
+        raise ValueError(f"{where}: expected {count} channels, got {len(words)}")
     channels = tuple(word.capitalize() for word in words)
     for i, channel in enumerate(channels):
         if channel not in CHANNELS:
-            raise ValueError(f"{where}: no channel is called {words[i][:60]!r}; expected {', '.join(CHANNELS)}")
+            raise ValueError(f"{where}: unknown channel {words[i][:60]!r}; expected {', '.join(CHANNELS)}")
         if channel in channels[:i]:
-            raise ValueError(f"{where}: {channel} is there twice")
+            raise ValueError(f"{where}: duplicate channel {channel}")
     return channels
 
 
 def _frames_per_second(number: int, seconds: str) -> float:
     frame_time = float(seconds)
     if not 1 / MAX_VALUE <= frame_time <= MAX_VALUE:
-        raise ValueError(f"line {number}: a frame time of {seconds} s")
+        raise ValueError(f"line {number}: implausible frame time, {seconds} s")
     rate = 1 / frame_time
     nearest = max(1, round(rate))
     return float(nearest) if abs(nearest * frame_time - 1) < 1e-4 else rate
 
 
 def _number(number: int, word: str) -> float:
-    """Read a number that makes sense."""
+    """Read a number of plausible size."""
     if not re.fullmatch(_NUMBER, word, _FLAGS):
         raise ValueError(f"line {number}: {word[:60]!r} is not a number")
     value = float(word)
@@ -264,7 +264,7 @@ def _number(number: int, word: str) -> float:
 
 
 def _read_rows(lines: Sequence[str], header: _Header) -> Float64:
-    """Read the values of the channels, a frame a row."""
+    """Read the values of the channels, one frame per row."""
     rows = lines[header.n_lines :]
     if any("#" in line or "//" in line for line in rows):
         rows = [_COMMENT.sub("", line) for line in rows]
@@ -273,7 +273,7 @@ def _read_rows(lines: Sequence[str], header: _Header) -> Float64:
     try:
         values: Float64 = np.loadtxt(rows, ndmin=2, comments=None)
     except ValueError:
-        _check_rows(rows, header)  # its error names a line
+        _check_rows(rows, header)  # raises an error that names the line
         raise
     if values.shape[1] != header.n_channels or not (np.abs(values) <= MAX_VALUE).all():  # NaN included
         _check_rows(rows, header)
@@ -281,7 +281,7 @@ def _read_rows(lines: Sequence[str], header: _Header) -> Float64:
 
 
 def _check_rows(rows: Sequence[str], header: _Header) -> None:
-    """Raise at the first frame that is none."""
+    """Raise at the first invalid frame."""
     for number, line in enumerate(rows, header.n_lines + 1):
         words = line.split()
         for word in words:
@@ -291,12 +291,12 @@ def _check_rows(rows: Sequence[str], header: _Header) -> None:
 
 
 def _convert(header: _Header, rows: Float64) -> Bvh:
-    """Turn the values of channels into rotations and translations."""
+    """Convert the values of channels to rotations and translations."""
     joints = header.joints
     skeleton = Skeleton(_names(joints), [joint.parent for joint in joints], [joint.offset for joint in joints])
     translations = np.tile(skeleton.offsets, (len(rows), 1, 1))
     rotations = np.tile(np.eye(3), (len(rows), len(joints), 1, 1))
-    values = np.column_stack([rows, np.zeros(len(rows))])  # the last one is of the rotations that a joint has not
+    values = np.column_stack([rows, np.zeros(len(rows))])  # the last column is for the rotations that a joint lacks
     by_order: dict[str, list[tuple[int, list[int]]]] = {}
     column = 0
     for j, joint in enumerate(joints):
@@ -311,14 +311,14 @@ def _convert(header: _Header, rows: Float64) -> Bvh:
         if order:
             order += "".join(axis for axis in "XYZ" if axis not in order)
             by_order.setdefault(order, []).append((j, [*columns, -1, -1][:3]))
-    for order, found in by_order.items():
-        angles = np.radians(values[:, [columns for _, columns in found]])
-        rotations[:, [j for j, _ in found]] = euler_to_matrix(angles, seq=order)
+    for order, group in by_order.items():
+        angles = np.radians(values[:, [columns for _, columns in group]])
+        rotations[:, [j for j, _ in group]] = euler_to_matrix(angles, seq=order)
     return Bvh(skeleton, tuple(joint.channels for joint in joints), rotations, translations, header.fps)
 
 
 def _names(joints: Sequence[_Joint]) -> list[str]:
-    """Return the names of joints; end sites, which have none, get one that is not taken."""
+    """Return the names of joints; give end sites, which have none, unique names."""
     names = [joint.name for joint in joints]
     for j, joint in enumerate(joints):
         if not joint.name:

@@ -1,4 +1,4 @@
-"""CMU's motion as sources, from the BVH files of B. Hahne's conversion (cgspeed)."""
+"""CMU's motion as sources: the BVH files of B. Hahne's conversion (cgspeed)."""
 
 from __future__ import annotations
 
@@ -26,36 +26,36 @@ _LEFT = {
     "Arm": "Shldr",
     "ForeArm": "ForeArm",
     "Hand": "Hand",
-    "HandIndex": "Mid1",  # of the knuckles the one in line with the forearm, as in Human3.6M's skeleton
+    "HandIndex": "Mid1",  # the knuckle in line with the forearm, as in Human3.6M's skeleton
 }
-#: What the 20 joints are called in these files; the end site of ``lFoot`` is ``lFootEnd``.
+#: The names of the 20 joints in these files; the end site of ``lFoot`` is ``lFootEnd``.
 CMU_NAMES = {
     "Hips": "hip",
     "Spine1": "abdomen",
     "Neck": "neck",
     "Head": "head",
-    **{f"Left{name}": f"l{its}" for name, its in _LEFT.items()},
-    **{f"Right{name}": f"r{its}" for name, its in _LEFT.items()},
+    **{f"Left{name}": f"l{theirs}" for name, theirs in _LEFT.items()},
+    **{f"Right{name}": f"r{theirs}" for name, theirs in _LEFT.items()},
 }
-#: The frames that a file begins with, and that are left out: a T-pose of the converter's, and the seven in which it
-#: leads over to what was captured, the hands moving at up to 30 metres per second.
+#: The first frames of a file, which are left out: the converter's T-pose, and seven frames of transition to the
+#: captured motion, in which the hands move at up to 30 metres per second.
 LEAD_IN = 8
 #: The folders of `styles_clips`.
 STYLES = ("indian", "martial", "salsa")
-#: Subjects whose clips are read if it is to be quick.
+#: Subjects to read in a quick trial.
 QUICK_SUBJECTS = ("02", "08", "09")
 
 
 class CMU(Source):
-    """Clips of CMU that `clips.csv` describes."""
+    """The clips of CMU that `clips.csv` describes."""
 
     name = "cmu"
-    description = "the folder of CMU's clips: clips.csv, 01/01_01.bvh ..."
+    description = "folder of CMU clips: clips.csv, 01/01_01.bvh ..."
     test_subjects = ("02", "14")
     validation_subjects = ("08", "12")
 
     def label(self, description: str) -> str:
-        """Return the action that the description names first; see `label_of`."""
+        """Return the first action in the description; see `label_of`."""
         return label_of(description)
 
     def clips(
@@ -66,15 +66,15 @@ class CMU(Source):
         cache: Path | None = None,
         progress: Callable[[float], None] = lambda share: None,
     ) -> Iterator[Clip]:
-        """Read all clips; quick, those of `QUICK_SUBJECTS`."""
+        """Read all clips; if `quick`, those of `QUICK_SUBJECTS`."""
         return cmu_clips(folder, subjects=QUICK_SUBJECTS if quick else None, progress=progress)
 
 
 class CMUStyles(Source):
-    """Further clips of CMU, whose subjects are not stated: dances and martial arts."""
+    """More clips of CMU, without subjects: dances and martial arts."""
 
     name = "cmu-styles"
-    description = "the folder of further CMU clips: indian/04.bvh, salsa/03.bvh ..."
+    description = "folder of more CMU clips: indian/04.bvh, salsa/03.bvh ..."
     option = "styles"
     vocabulary = "cmu"
 
@@ -86,7 +86,7 @@ class CMUStyles(Source):
         cache: Path | None = None,
         progress: Callable[[float], None] = lambda share: None,
     ) -> Iterator[Clip]:
-        """Read all clips; quick, the first few."""
+        """Read all clips; if `quick`, the first few."""
         return islice(styles_clips(folder, progress=progress), QUICK if quick else None)
 
 
@@ -103,17 +103,17 @@ def cmu_clips(
     subjects: Iterable[str] | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Iterator[Clip]:
-    """Read the clips of a folder, each when it is asked for.
+    """Read the clips of a folder lazily.
 
     Parameters
     ----------
     root : path
-        The folder that holds ``clips.csv``, with the columns ``clip`` and ``description``, and for each of its clips
-        the file ``02/02_01.bvh``.
+        The folder that holds ``clips.csv``, with the columns ``clip`` and ``description``, and a file such as
+        ``02/02_01.bvh`` for each clip.
     subjects : iterable of str, optional
-        Whose clips, such as ``"02"``; by default those of all.
+        Subjects to read, such as ``"02"``; by default, all.
     progress : callable, optional
-        Called with the share that has been read, such as a `npss.console.Progress`.
+        Called with the share that has been read; for example, a `npss.console.Progress`.
 
     Returns
     -------
@@ -123,30 +123,29 @@ def cmu_clips(
     Raises
     ------
     TypeError
-        If `subjects` is no iterable of strings.
+        If `subjects` is not an iterable of strings.
     FileNotFoundError
-        If there is no ``clips.csv``, or a clip that it lists has no file: names all of them.
+        If ``clips.csv`` is missing, or files of clips in it are; names all of them.
     ValueError
-        If ``clips.csv`` is broken; if there is a file that it does not list, or no clip of a subject; and while
-        reading, if a file is broken or of another skeleton, or has no frames beyond the first. Names the file and,
-        where it can be known, the line.
+        If ``clips.csv`` is broken or does not list a file; if a subject has no clips; or, while reading, if a file is
+        broken, has another skeleton, or has no frames after the lead-in. Names the file and, if known, the line.
 
     Notes
     -----
-    The data is given as it is. Two clips, 07_12 and 09_10, have a path that goes back and forth, so that no foot is
-    ever still, and that is half a body below the ground; in some dances a limb leaps for a few frames.
+    The data are not corrected. The paths of two clips, 07_12 and 09_10, go back and forth, so that no foot is ever
+    still, half a body below the ground; in some dances, a limb jumps for a few frames.
     """
     folder = Path(root)
     files = _listed(folder)
     if subjects is not None:
-        wanted = each("subjects", subjects, "names", ordered=False)
-        there = {file.subject: None for file in files}
-        for subject in wanted:
+        selected = each("subjects", subjects, "names", ordered=False)
+        available = {file.subject: None for file in files}
+        for subject in selected:
             if not isinstance(subject, str):
                 raise TypeError(f"subjects: expected strings, got {subject!r}")
-            if subject not in there:
-                raise ValueError(f"subjects: {folder} has no clips of {subject!r}, only of {', '.join(there)}")
-        files = [file for file in files if file.subject in wanted]
+            if subject not in available:
+                raise ValueError(f"subjects: {folder} has no clips of {subject!r}, only of {', '.join(available)}")
+        files = [file for file in files if file.subject in selected]
     if absent := [str(file.path.relative_to(folder)) for file in files if not file.path.is_file()]:
         raise FileNotFoundError(f"{folder} lacks {' '.join(absent)}")
     return _read("cmu", [file._replace(subject=f"cmu/{file.subject}") for file in files], progress)
@@ -155,7 +154,7 @@ def cmu_clips(
 def styles_clips(
     root: str | os.PathLike[str], *, progress: Callable[[float], None] = lambda share: None
 ) -> Iterator[Clip]:
-    """Read the clips of CMU that are dances and martial arts, each when it is asked for.
+    """Read the dances and martial arts of CMU lazily.
 
     Parameters
     ----------
@@ -167,12 +166,12 @@ def styles_clips(
     Returns
     -------
     iterator of Clip
-        In the order of their names. Who moves is not stated. The first `LEAD_IN` frames of every file are left out.
+        In the order of their names, without subjects. The first `LEAD_IN` frames of every file are left out.
 
     Raises
     ------
     FileNotFoundError
-        If there is no such file.
+        If there are no such files.
     ValueError
         While reading, as `cmu_clips`.
     """
@@ -183,7 +182,7 @@ def styles_clips(
         for path in sorted((folder / style).glob("*.bvh"))
     ]
     if not files:
-        raise FileNotFoundError(f"no clips in {folder}: expected salsa/03.bvh and so on below it")
+        raise FileNotFoundError(f"no clips in {folder}: expected files such as salsa/03.bvh")
     return _read("cmu-styles", files, progress)
 
 
@@ -202,7 +201,7 @@ def _listed(folder: Path) -> list[_File]:
             if not (match := re.fullmatch(r"(\d{2,3})_\d{2}", row[0], re.ASCII)):
                 raise ValueError(f"{where}: expected a clip such as 02_01, got {row[0]!r}")
             if row[0] in files:
-                raise ValueError(f"{where}: {row[0]} is there twice")
+                raise ValueError(f"{where}: duplicate clip {row[0]}")
             path = folder / match[1] / f"{row[0]}.bvh"
             files[row[0]] = _File(path, row[0], match[1], row[1])
     except (ValueError, csv.Error) as error:
@@ -220,9 +219,9 @@ def _read(source: str, files: Sequence[_File], progress: Callable[[float], None]
         motion = bvh.read(file.path)
         names = motion.skeleton.names
         if absent := [name for name in CMU_NAMES.values() if name not in names]:
-            raise ValueError(f"{file.path}: no joint {' '.join(absent)}: another skeleton")
+            raise ValueError(f"{file.path}: another skeleton, without the joints {' '.join(absent)}")
         if len(motion.root) <= LEAD_IN:
-            raise ValueError(f"{file.path}: {len(motion.root)} frames, of which the first {LEAD_IN} do not count")
+            raise ValueError(f"{file.path}: {len(motion.root)} frames, expected more than the {LEAD_IN} of the lead-in")
         joints = [names.index(CMU_NAMES[name]) for name in NAMES]
         positions = motion.positions()[LEAD_IN:, joints]
         yield Clip(file.name, source, file.subject, file.description, motion.fps, positions)

@@ -1,10 +1,10 @@
-"""What is done in a clip of CMU's, in a word."""
+"""The action of a CMU clip, in a word."""
 
 from __future__ import annotations
 
 import re
 
-#: What is looked for in CMU's descriptions, by label. Of two that begin at one place, the one further up wins.
+#: Patterns of the labels in CMU's descriptions. Of two that match at the same place, the upper one wins.
 KEYWORDS = {
     "jumping jacks": r"jumping jacks",
     "jump": r"jumps?",
@@ -24,7 +24,7 @@ _ANY = re.compile("|".join(f"(?P<k{i}>\\b(?:{pattern})\\b)" for i, pattern in en
 
 
 def label_of(description: str) -> str:
-    """Return the action that comes first in a description of CMU's, or ``""`` where none of `KEYWORDS` does.
+    """Return the first action in a CMU description, or ``""`` if it has none of `KEYWORDS`.
 
     Examples
     --------
@@ -35,5 +35,5 @@ def label_of(description: str) -> str:
     >>> label_of("wash windows")
     ''
     """
-    found = _ANY.search(description.lower())
-    return list(KEYWORDS)[int(str(found.lastgroup)[1:])] if found else ""
+    match = _ANY.search(description.lower())
+    return list(KEYWORDS)[int(str(match.lastgroup)[1:])] if match else ""

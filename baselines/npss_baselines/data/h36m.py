@@ -1,4 +1,4 @@
-"""Human3.6M as exponential maps, in the layout that users of it have: ``dataset/S5/walking_1.txt`` and so on."""
+"""Read Human3.6M as exponential maps, in its usual layout: ``dataset/S5/walking_1.txt``, ..."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from npss.validation import one_of, positive_integer
 
 Float32 = npt.NDArray[np.float32]
 
-#: What draws the test windows, by name.
+#: The functions that draw the test windows, by name.
 WINDOWS: dict[str, Callable[..., tuple[Window, ...]]] = {
     "srnn-8": srnn_windows,
     "srnn-8-late": partial(srnn_windows, late=True),
@@ -44,14 +44,14 @@ FILE_FPS = 50
 
 @dataclass(frozen=True)
 class H36M:
-    """A copy of the data set that `open_root` has looked at.
+    """A copy of the data set, checked by `open_root`.
 
     Attributes
     ----------
     folder : Path
-        What holds ``S1``, ``S5`` and so on.
+        The folder that holds ``S1``, ``S5``, ...
     cache : Path or None
-        Where files that have been read are kept in binary, which is many times faster to read.
+        The folder that caches parsed files in binary, which are many times faster to read.
     """
 
     folder: Path
@@ -59,41 +59,39 @@ class H36M:
 
 
 def open_root(root: str | os.PathLike[str], *, cache: str | os.PathLike[str] | None = None) -> H36M:
-    """Find the data set and make sure that its test set does not leak into its training set.
+    """Find the data set, and check that its test set does not leak into its training set.
 
     Parameters
     ----------
     root : path
         The folder that holds ``dataset``, or ``dataset`` itself.
     cache : path, optional
-        A folder, made if need be, that keeps in binary every file that is read, under the digest of its content: it
-        is never stale, and one serves all copies of the data set. By default nothing is written anywhere.
+        A folder, created if missing, that caches every parsed file in binary under the digest of its content. It never
+        goes stale, and serves all copies of the data set. By default, nothing is written.
 
     Returns
     -------
     H36M
-        What the other functions take.
+        The argument of the other functions.
 
     Raises
     ------
     FileNotFoundError
-        If there is no such data set.
+        If the data set is missing.
     ValueError
-        If a file of another subject is a byte copy of one of the test subject's: such copies of the data set are
-        about, and models trained on them have seen the test set. Names both files.
+        If another subject's file is a byte copy of one of the test subject's. Such copies of the data set circulate,
+        and models trained on them have seen the test set. Names both files.
 
     Examples
     --------
     >>> open_root("nowhere")
     Traceback (most recent call last):
-    FileNotFoundError: no Human3.6M in nowhere: expected dataset/S5/walking_1.txt and so on below it
+    FileNotFoundError: no Human3.6M in nowhere: expected files such as dataset/S5/walking_1.txt
     """
     top = Path(root)
     folder = next((place for place in (top / "dataset", top) if any(place.glob("S*/*_[12].txt"))), None)
     if folder is None:
-        raise FileNotFoundError(
-            f"no Human3.6M in {top}: expected dataset/S{TEST_SUBJECT}/walking_1.txt and so on below it"
-        )
+        raise FileNotFoundError(f"no Human3.6M in {top}: expected files such as dataset/S{TEST_SUBJECT}/walking_1.txt")
     data = H36M(folder, None if cache is None else Path(cache))
     _refuse_leaks(data)
     return data
@@ -110,7 +108,7 @@ def missing(data: H36M) -> list[str]:
     Returns
     -------
     list of str
-        Names such as ``S5/waiting_1.txt``, of the 210 that the whole data set has.
+        Names such as ``S5/waiting_1.txt``, of the 210 in the whole data set.
     """
     names = (_name(subject, action, clip) for subject in SUBJECTS for action in ACTIONS for clip in (1, 2))
     return [name for name in names if not (data.folder / name).is_file()]
@@ -124,11 +122,11 @@ def load(data: H36M, subject: int, action: str, clip: int, *, fps: int = FILE_FP
     data : H36M
         From `open_root`.
     subject : {1, 5, 6, 7, 8, 9, 11}
-        Who.
+        The subject.
     action : str
         One of `npss.protocol.ACTIONS`.
     clip : {1, 2}
-        Which of the two.
+        The number of the clip.
     fps : {50, 25}, optional
         Frames per second: all rows of the file, or the first, third, and so on.
 
@@ -140,7 +138,7 @@ def load(data: H36M, subject: int, action: str, clip: int, *, fps: int = FILE_FP
     Raises
     ------
     TypeError, ValueError
-        If an argument is none of these, or the file is broken: names the file and the line.
+        If an argument is invalid, or the file is broken: names the file and the line.
     FileNotFoundError
         If this copy of the data set lacks the file.
     """
@@ -157,39 +155,39 @@ def training_clips(
     data : H36M
         From `open_root`.
     actions : sequence of str
-        Of `npss.protocol.ACTIONS`.
+        Actions, of `npss.protocol.ACTIONS`.
     subjects : sequence of int, optional
-        Of `npss.protocol.TRAIN_SUBJECTS`. Where a copy of the data set is not whole, name those to train on, and say
-        so beside the results.
+        Subjects, of `npss.protocol.TRAIN_SUBJECTS`. If a copy of the data set is incomplete, name those to train on,
+        and report them with the results.
     fps : {50, 25}, optional
         As for `load`.
 
     Returns
     -------
     dict of str to (T, 99) ndarray of float32
-        The clips by the names of their files, ``S1/walking_1.txt``: by subject, action and clip.
+        The clips by file name, ``S1/walking_1.txt``, sorted by subject, action and clip.
 
     Raises
     ------
     TypeError, ValueError
-        As `load`; or if no action or subject is named, or the test subject is.
+        As `load`; or if there are no actions or subjects, or the test subject is among them.
     FileNotFoundError
-        If files are missing: names all of them, and the subjects that have every file.
+        If files are missing; names all of them, and the subjects that have every file.
     """
     if isinstance(actions, str) or not actions:
-        raise ValueError(f"actions: expected a sequence of names of actions, got {actions!r}")
+        raise ValueError(f"actions: expected a sequence of actions, got {actions!r}")
     if not subjects or not set(subjects) <= set(TRAIN_SUBJECTS):
-        raise ValueError(f"subjects: expected some of the training subjects {TRAIN_SUBJECTS}, got {subjects!r}")
-    of = {s: [_name(s, action, clip) for action in actions for clip in (1, 2)] for s in subjects}
+        raise ValueError(f"subjects: expected one or more of the training subjects {TRAIN_SUBJECTS}, got {subjects!r}")
+    files = {s: [_name(s, action, clip) for action in actions for clip in (1, 2)] for s in subjects}
     try:
-        return _load(data, [name for names in of.values() for name in names], fps)
+        return _load(data, [name for names in files.values() for name in names], fps)
     except FileNotFoundError as error:
-        whole = tuple(s for s, names in of.items() if all((data.folder / name).is_file() for name in names))
-        raise FileNotFoundError(f"{error}; subjects that have all of theirs: {whole}") from None
+        complete = tuple(s for s, names in files.items() if all((data.folder / name).is_file() for name in names))
+        raise FileNotFoundError(f"{error}; subjects with all files: {complete}") from None
 
 
 def load_test_clips(data: H36M, action: str) -> list[Float32]:
-    """Read the two clips of the test subject, at 25 frames per second, from which test windows are cut.
+    """Read the test subject's two clips, at 25 frames per second, from which test windows are cut.
 
     Parameters
     ----------
@@ -206,20 +204,22 @@ def load_test_clips(data: H36M, action: str) -> list[Float32]:
     Raises
     ------
     TypeError, ValueError
-        As `load`; or if a clip is not as long as `npss.protocol.TEST_LENGTHS` has it, where that is known: of a clip
-        that is cut off, the test windows would be others. Names the file, and both lengths.
+        As `load`; or if a clip's length differs from `npss.protocol.TEST_LENGTHS`, if known: a truncated clip would
+        have other test windows. Names the file and both lengths.
     FileNotFoundError
-        If this copy of the data set lacks one of the two: names it.
+        If this copy of the data set lacks one of the two; names it.
 
     Warns
     -----
     UserWarning
-        If it is not known how long a clip is to be.
+        If the expected length of a clip is unknown.
     """
     clips = _load(data, [_name(TEST_SUBJECT, action, clip) for clip in (1, 2)], FPS)
     for (name, clip), length in zip(clips.items(), TEST_LENGTHS[action], strict=True):
         if length is None:
-            warnings.warn(f"{data.folder / name}: how long it is to be is not known, so not checked", stacklevel=2)
+            warnings.warn(
+                f"{data.folder / name}: length not checked, because the expected length is unknown", stacklevel=2
+            )
         elif len(clip) != length:
             raise ValueError(
                 f"{data.folder / name}: {len(clip)} frames at {FPS} frames per second, expected {length}; test windows "
@@ -247,21 +247,21 @@ def load_test_windows(
     windows : {'srnn-8', 'srnn-8-late', 'random-256'}, optional
         `npss.protocol.srnn_windows`, the same one frame later, or `npss.protocol.random_windows`.
     n_seed, n_target : int, optional
-        Frames to see and frames to predict.
+        Numbers of seed frames and of target frames.
 
     Returns
     -------
     seed : (N, n_seed, 99) ndarray of float32
-        What the predictor sees, as exponential maps in radians.
+        The seed frames, as exponential maps in radians.
     target : (N, n_target, 99) ndarray of float32
-        What it is to predict.
+        The target frames.
 
     Raises
     ------
     TypeError, ValueError
-        As `load_test_clips` and as the functions that draw the windows.
+        As `load_test_clips` and the functions that draw the windows.
     FileNotFoundError
-        If this copy of the data set lacks one of the test subject's two clips: names it.
+        If this copy of the data set lacks one of the test subject's two clips; names it.
     """
     one_of("windows", windows, tuple(WINDOWS))
     clips = load_test_clips(data, action)
@@ -281,7 +281,7 @@ def _name(subject: int, action: str, clip: int) -> str:
 
 
 def _load(data: H36M, names: Sequence[str], fps: int) -> dict[str, Float32]:
-    """Read files, after making sure that they are all there."""
+    """Read files, after checking that all exist."""
     if fps not in (FPS, FILE_FPS):
         raise ValueError(f"fps: expected {FILE_FPS} or {FPS} frames per second, got {fps!r}")
     if absent := [name for name in names if not (data.folder / name).is_file()]:
@@ -290,7 +290,7 @@ def _load(data: H36M, names: Sequence[str], fps: int) -> dict[str, Float32]:
 
 
 def _refuse_leaks(data: H36M) -> None:
-    """Raise if a file of another subject has the bytes of one of the test subject's; sizes tell nearly all apart."""
+    """Raise if another subject's file is a byte copy of one of the test subject's; compare sizes first."""
     test_folder = data.folder / f"S{TEST_SUBJECT}"
     tests: dict[int, list[Path]] = {}
     for file in sorted(test_folder.glob("*.txt")):
@@ -306,26 +306,26 @@ def _refuse_leaks(data: H36M) -> None:
 
 
 def _read(path: Path, cache: Path | None) -> Float32:
-    """Read a file, or what the cache keeps of a file with this content."""
+    """Read a file, from the cache if it has one with this content."""
     if cache is None:
         return _parse(path)
-    kept = cache / f"{hashlib.sha256(path.read_bytes()).hexdigest()}.npy"
-    with contextlib.suppress(OSError, ValueError, EOFError):  # not there yet, or damaged: written anew
-        rows: Float32 = np.load(kept, allow_pickle=False)
+    cached = cache / f"{hashlib.sha256(path.read_bytes()).hexdigest()}.npy"
+    with contextlib.suppress(OSError, ValueError, EOFError):  # missing or damaged: written again
+        rows: Float32 = np.load(cached, allow_pickle=False)
         if rows.dtype == np.float32 and rows.ndim == 2 and rows.shape[1] == POSE:
             return rows
     rows = _parse(path)
-    with doing("making the cache"):
+    with doing("creating the cache"):
         cache.mkdir(parents=True, exist_ok=True)
-    write_stream_atomically(kept, lambda stream: np.save(stream, rows))
+    write_stream_atomically(cached, lambda stream: np.save(stream, rows))
     return rows
 
 
 def _parse(path: Path) -> Float32:
-    """Read the text of a file; each number is the float32 nearest to its decimal digits' float64."""
+    """Parse a text file; each number is the float32 nearest to the float64 of its decimal digits."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of an empty file, for which there is an error below
+            warnings.simplefilter("ignore", UserWarning)  # for an empty file, which raises below
             rows: Float32 = np.loadtxt(
                 path, dtype=np.float32, delimiter=",", comments=None, ndmin=2, encoding="utf-8-sig"
             )
@@ -337,7 +337,7 @@ def _parse(path: Path) -> Float32:
 
 
 def _fault(path: Path) -> str | None:
-    """Say what is wrong with a file, and in which line."""
+    """Describe the first fault of a file, with its line."""
     lines = read_text(path).splitlines()
     for number, line in enumerate(lines, 1):
         fields = line.split(",")

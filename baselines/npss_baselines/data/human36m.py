@@ -1,4 +1,4 @@
-"""Human3.6M as a source: its test windows, what models are trained on, and its clips in the common form."""
+"""Human3.6M as a source: test windows, training recordings, and clips in the common form."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from npss_baselines.data.source import QUICK, Poses, PoseSource, Recording
 from npss_baselines.data.tasks import N_SEED, N_TARGET, Task, task_of
 from npss_baselines.data.windows import STRIDE, validation_windows
 
-#: Subjects of whom clips are read if it is to be quick.
+#: Subjects to read in a quick trial.
 QUICK_SUBJECTS = (1, 5)
 
 
 class Human36M(PoseSource):
-    """Human3.6M, of which a user has a copy."""
+    """A user's copy of Human3.6M."""
 
     name = "h36m"
-    description = "the folder of Human3.6M's dataset/"
+    description = "folder of Human3.6M, with dataset/ in it"
     environment = "NPSS_H36M"
     y_up = False
     actions = ACTIONS
     default_actions = ("walking", "eating", "smoking")
     train_subjects = TRAIN_SUBJECTS
-    validation_subjects = (11,)  # of the manifold: models are validated on what test windows leave
+    validation_subjects = (11,)  # for the manifold; models are validated on the test clips, beside the test windows
     test_subjects = (TEST_SUBJECT,)
     fps = h36m.FILE_FPS
     protocols = tuple(h36m.WINDOWS)
 
     def subject(self, subject: object) -> str:
-        """Return such as ``h36m/S5``."""
+        """Return the name of a subject, such as ``h36m/S5``."""
         return f"{self.name}/S{subject}"
 
     def recordings(
@@ -50,12 +50,12 @@ class Human36M(PoseSource):
             yield Recording(name, int(subject[1:]), file.rpartition("_")[0], poses)
 
     def validation_tasks(self, folder: Path, actions: Sequence[str], *, cache: Path | None = None) -> list[Task]:
-        """Read what to choose a checkpoint by: of each action, what the test windows leave of the test clips.
+        """Read the validation windows of each action: those in the test clips that avoid the test windows.
 
         Raises
         ------
         TypeError, ValueError, FileNotFoundError
-            As `npss_baselines.data.h36m.load_test_clips`; or if nothing is left of an action.
+            As `npss_baselines.data.h36m.load_test_clips`; or if an action has no validation window.
         """
         tasks = []
         for action in actions:
@@ -75,7 +75,7 @@ class Human36M(PoseSource):
         return h36m.WINDOWS[protocol](lengths, n_seed=N_SEED, n_target=N_TARGET)
 
     def blocks(self, protocol: str, action: str, windows: Sequence[Window]) -> Groups:
-        """Return the blocks of the protocol, where the lengths of the clips are known."""
+        """Return the blocks of the protocol, if the lengths of the clips are known."""
         return known_blocks(protocol, action, (len(windows), N_TARGET))
 
     def clips(
@@ -86,7 +86,7 @@ class Human36M(PoseSource):
         cache: Path | None = None,
         progress: Callable[[float], None] = lambda share: None,
     ) -> Iterator[Clip]:
-        """Read the clips in the common form; quick, the first `QUICK` of each of some subjects."""
+        """Read the clips in the common form; if `quick`, the first `QUICK` of each of `QUICK_SUBJECTS`."""
         if not quick:
             return h36m_clips(folder, cache=cache, progress=progress)
         each_subject = (h36m_clips(folder, subjects=[subject], cache=cache) for subject in QUICK_SUBJECTS)
@@ -100,45 +100,45 @@ def h36m_clips(
     cache: str | os.PathLike[str] | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Iterator[Clip]:
-    """Read the clips that a copy of Human3.6M has, each when it is asked for.
+    """Read the clips of a copy of Human3.6M lazily.
 
     Parameters
     ----------
     root : path
         The folder that holds ``dataset``, or ``dataset`` itself.
     subjects : iterable of int, optional
-        Whose clips, of `npss_baselines.data.h36m.SUBJECTS`; by default all that there are.
+        Subjects to read, of `npss_baselines.data.h36m.SUBJECTS`; by default, all that have files.
     cache : path, optional
         As of `npss_baselines.data.h36m.open_root`.
     progress : callable, optional
-        Called with the share that has been read, such as a `npss.console.Progress`.
+        Called with the share that has been read; for example, a `npss.console.Progress`.
 
     Returns
     -------
     iterator of Clip
-        By subject, action and number, at 50 frames per second, in millimetres. A clip begins at the origin with the
-        pelvis upright and facing ahead, for the files do not say how it was: where it was tilted, the world is, by 20
-        degrees with one subject.
+        By subject, action and number, at 50 frames per second, in millimetres. A clip starts at the origin with the
+        pelvis upright and facing ahead, because the files do not record its initial pose. If it was tilted, the
+        world is tilted instead: by 20 degrees for one subject.
 
     Raises
     ------
     TypeError, ValueError
-        If a subject is none of the data set's, or there are no clips of it; as `open_root`; and while reading, if a
-        file is broken: names the file and the line.
+        If a subject is unknown or has no clips; as `open_root`; or, while reading, if a file is broken: names the file
+        and the line.
     FileNotFoundError
-        If there is no data set.
+        If the data set is missing.
     """
     data = h36m.open_root(root, cache=cache)
     absent = set(h36m.missing(data))
     clips = []
     for subject in each("subjects", h36m.SUBJECTS if subjects is None else subjects):
         if subject not in h36m.SUBJECTS:
-            raise ValueError(f"subjects: expected some of {h36m.SUBJECTS}, got {subject!r}")
+            raise ValueError(f"subjects: expected one or more of {h36m.SUBJECTS}, got {subject!r}")
         names = [(subject, action, clip) for action in ACTIONS for clip in (1, 2)]
-        there = [name for name in names if "S{}/{}_{}.txt".format(*name) not in absent]
-        if not there and subjects is not None:
+        present = [name for name in names if "S{}/{}_{}.txt".format(*name) not in absent]
+        if not present and subjects is not None:
             raise ValueError(f"subjects: {data.folder} has no clips of {subject}")
-        clips += there
+        clips += present
     return _read(data, clips, progress)
 
 

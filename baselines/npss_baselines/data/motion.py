@@ -1,4 +1,4 @@
-"""The common form of all motion: positions of the same 20 joints, whatever skeleton they were captured with."""
+"""The common form of motion: positions of the same 20 joints for every skeleton."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import numpy.typing as npt
 from npss.skeleton import H36M, Skeleton, poses_to_positions
 from npss.validation import Float64, check_finite, is_real, real_array
 
-# What is connected, from the root on. The arms begin at the neck: in Human3.6M's skeleton the two shoulders, parents of
-# the arms, are where the neck is.
+# Connected joints, from the root on. The arms start at the neck: in Human3.6M's skeleton, the shoulders, the parents of
+# the arms, coincide with the neck.
 _CHAINS = (
     ("Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase"),
     ("Hips", "RightUpLeg", "RightLeg", "RightFoot", "RightToeBase"),
@@ -21,9 +21,9 @@ _CHAINS = (
     ("Neck", "LeftArm", "LeftForeArm", "LeftHand", "LeftHandIndex"),
     ("Neck", "RightArm", "RightForeArm", "RightHand", "RightHandIndex"),
 )
-#: The 20 joints, each under the name that it has in `npss.skeleton.H36M`.
+#: The 20 joints, named as in `npss.skeleton.H36M`.
 NAMES = ("Hips", *(name for chain in _CHAINS for name in chain[1:]))
-#: From the ground under the feet of the rest pose to its topmost joint, the head: the unit of all lengths.
+#: The body height, from the ground under the rest pose to its topmost joint, the head: the unit of all lengths.
 HEIGHT = 1.0
 
 
@@ -38,21 +38,21 @@ class Clip:
     source : str
         ``cmu``, ``cmu-styles``, ``h36m`` or ``synthetic``.
     subject : str
-        Who moves: ``cmu/02``, ``h36m/S5``, ``synthetic/3``; empty where the source does not say.
+        The person: ``cmu/02``, ``h36m/S5``, ``synthetic/3``; empty if the source does not say.
     description : str
-        What is done, in the words of the source.
+        The action, in the words of the source.
     fps : float
         Frames per second.
     positions : (T, 20, 3) ndarray of float64
-        Where the joints of `JOINTS` are, path included, in the source's own unit of length. y is up as far as the
-        source knows: of Human3.6M see `npss_baselines.data.human36m.h36m_clips`.
+        Positions of the joints of `JOINTS`, path included, in the source's unit of length. y is up as far as the
+        source knows; for Human3.6M, see `npss_baselines.data.human36m.h36m_clips`.
 
     Raises
     ------
     TypeError
         If `fps` or `positions` does not hold real numbers.
     ValueError
-        If `fps` is not positive, the shape is another one, or a value is not finite. Names the clip.
+        If `fps` is not positive, the shape is wrong, or a value is not finite. Names the clip.
     """
 
     name: str
@@ -76,9 +76,9 @@ class Clip:
 
 
 def _joints() -> Skeleton:
-    """Take the joints from Human3.6M's skeleton: arms to the sides, both sides alike, on the ground, of height 1."""
+    """Build the joints from Human3.6M's skeleton: arms to the sides, symmetric, on the ground, of height 1."""
     pose = np.tile(np.eye(3), (len(H36M.names), 1, 1))
-    for side, x in (("Left", 1), ("Right", -1)):  # its arms point up; turned about z they point to the sides
+    for side, x in (("Left", 1), ("Right", -1)):  # its arms point up; a turn about z points them to the sides
         pose[H36M.names.index(f"{side}Shoulder")] = [[0, x, 0], [-x, 0, 0], [0, 0, 1]]
     rest = H36M.positions(pose)[[H36M.names.index(name) for name in NAMES]]
     other = {"Left": "Right", "Right": "Left"}
@@ -86,20 +86,20 @@ def _joints() -> Skeleton:
     rest = (rest + rest[mirrored] * (-1, 1, 1)) / 2
     rest[:, 1] -= rest[:, 1].min()
     rest *= HEIGHT / rest[:, 1].max()
-    above = {joint: parent for chain in _CHAINS for parent, joint in pairwise(chain)}
-    parents = [NAMES.index(above[name]) if name in above else -1 for name in NAMES]
+    parent_of = {joint: parent for chain in _CHAINS for parent, joint in pairwise(chain)}
+    parents = [NAMES.index(parent_of[name]) if name in parent_of else -1 for name in NAMES]
     return Skeleton(
         NAMES, parents, [rest[j] - rest[parent] if parent >= 0 else rest[j] for j, parent in enumerate(parents)]
     )
 
 
-#: The 20 joints with the bone lengths of Human3.6M's skeleton, both sides alike; x points to the figure's left, y up,
-#: z ahead. At rest it stands on the ground, y = 0, its arms to the sides.
+#: The 20 joints with the bone lengths of Human3.6M's skeleton, made symmetric; x points to the figure's left, y up,
+#: z ahead. The rest pose stands on the ground, y = 0, with its arms to the sides.
 JOINTS = _joints()
 _IN_POSES = [H36M.names.index(name) for name in NAMES]
 
 
 def joints_of_poses(poses: npt.ArrayLike) -> Float64:
-    """Compute where the 20 joints of Human3.6M's poses ``(..., T, 99)`` are: ``(..., T, 20, 3)``, in mm, with path."""
+    """Compute the 20 joints' positions ``(..., T, 20, 3)``, in mm, with path, of Human3.6M's poses ``(..., T, 99)``."""
     positions: Float64 = poses_to_positions(np.asarray(poses, np.float64), root="path")[..., _IN_POSES, :]
     return positions

@@ -1,4 +1,4 @@
-"""What a data set is to the commands: one object, which names the option for its files and reads motion from them."""
+"""Sources of motion: one object per data set, which names its option and reads its files."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from npss_baselines.data.windows import TrainingSet, training_set_of
 
 Poses = npt.NDArray[np.floating[Any]]
 
-#: Recordings of each subject that `PoseSource.clips` reads if it is to be quick.
+#: Recordings of each subject that `PoseSource.clips` reads in a quick trial.
 QUICK = 2
 
 
 class Source(ABC):
-    """A data set as positions of joints: motion for the manifold.
+    """A data set of joint positions: motion for the manifold.
 
     Attributes
     ----------
     name : str
-        In configurations, and of the clips: lower-case letters, digits and hyphens.
+        The name in configurations and clips: lower-case letters, digits and hyphens.
     description : str
-        For help texts: what the option names, such as ``"the folder of our walks"``; of generated motion, what it is.
+        The help of the option, such as ``"folder of our walks"``.
     generated : bool
-        Whether it needs no files. Then its option is a flag.
+        Whether the source needs no files. If so, its option is a flag.
     environment : str
-        The environment variable that names the folder by default; empty: none does.
+        The environment variable that holds the default folder; empty for none.
     y_up : bool
-        Whether y is known to be up. Where it is not, the manifold's preparation estimates what is.
+        Whether y is known to be up. If not, the manifold's preparation estimates the direction.
     test_subjects, validation_subjects : tuple
-        Subjects that are held out, and those on which weights are chosen.
+        Held-out subjects, and subjects on which weights are chosen.
     """
 
     name: str
@@ -53,20 +53,20 @@ class Source(ABC):
 
     @property
     def option(self) -> str:
-        """The option of the command line, without hyphens before it; by default the name."""
+        """The command-line option, without its hyphens; by default, the name."""
         return self.name
 
     @property
     def vocabulary(self) -> str:
-        """Whose labels these are: clips of sources with the same vocabulary are compared; by default the name."""
+        """The name of the set of labels, shared by sources whose labels are comparable; by default, the name."""
         return self.name
 
     def subject(self, subject: object) -> str:
-        """Return the name of a subject that no other source has, as `Clip.subject` holds it."""
+        """Return the name of a subject for `Clip.subject`, unique among sources."""
         return f"{self.name}/{subject}"
 
     def label(self, description: str) -> str:
-        """Return the action that a clip's description states, ``""`` if none; by default, the description is one."""
+        """Return the action in a clip's description, ``""`` if none; by default, the description."""
         return description
 
     @abstractmethod
@@ -78,16 +78,16 @@ class Source(ABC):
         cache: Path | None = None,
         progress: Callable[[float], None] = lambda share: None,
     ) -> Iterator[Clip]:
-        """Read all clips, each when it is asked for.
+        """Read all clips lazily.
 
         Parameters
         ----------
         folder : Path
-            The data set's; generated motion needs none.
+            The folder of the data set; unused for generated motion.
         quick : bool, optional
-            Read a small part, to try things.
+            Read a small part, for a trial.
         cache : Path, optional
-            A folder to keep files in that are faster to read; it may not exist yet.
+            A folder, perhaps missing, to cache files that are faster to read.
         progress : callable, optional
             Called with the share that has been read.
         """
@@ -103,18 +103,18 @@ class Recording(NamedTuple):
 
 
 class PoseSource(Source):
-    """A data set as poses in the layout of Human3.6M: motion for models to predict, and for the manifold.
+    """A data set of poses in the layout of Human3.6M: motion for models to predict, and for the manifold.
 
-    A pose has 99 columns: the displacement and the turn of the root since the frame before, then exponential maps in
-    radians of the joints of `npss.skeleton.H36M`. A subclass needs the attributes below and `recordings`; from these
-    follow its windows, which it may override.
+    A pose has 99 columns: the displacement and rotation of the root since the previous frame, then the exponential maps
+    in radians of the joints of `npss.skeleton.H36M`. A subclass defines the attributes below and `recordings`; it may
+    override the windows that follow from them.
 
     Attributes
     ----------
     actions : tuple of str
         All actions.
     train_subjects : tuple
-        Subjects to train on; none of `test_subjects`.
+        Subjects to train on, disjoint from `test_subjects`.
     fps : int
         Frames per second of the recordings, a multiple of 25. Windows are at 25.
     """
@@ -125,12 +125,12 @@ class PoseSource(Source):
 
     @property
     def default_actions(self) -> tuple[str, ...]:
-        """The actions to evaluate by default, the first of which is trained on by default."""
+        """The default actions of evaluation; the first is the default of training."""
         return self.actions
 
     @property
     def protocols(self) -> tuple[str, ...]:
-        """The names of the sets of test windows, as signatures state them; the first is the default."""
+        """The names of the protocols in signatures; the first is the default."""
         return (f"{self.name}-all",)
 
     @abstractmethod
@@ -142,41 +142,42 @@ class PoseSource(Source):
     def training_set(
         self, folder: Path, actions: Sequence[str], *, subjects: Sequence[Any] | None = None, cache: Path | None = None
     ) -> TrainingSet:
-        """Read what a model is trained on; poses are normalised by the statistics of all frames of the recordings.
+        """Read a training set, normalised by the statistics of all frames of the recordings.
 
         Parameters
         ----------
         folder : Path
-            The data set's; generated motion needs none.
+            The folder of the data set; unused for generated motion.
         actions : sequence of str
-            In the order of the label.
+            Actions, in the order of the label.
         subjects : sequence, optional
-            Of `train_subjects`; by default, all.
+            Subjects, of `train_subjects`; by default, all.
         cache : Path, optional
             As of `clips`.
 
         Raises
         ------
         TypeError, ValueError, FileNotFoundError
-            As `recordings`; or if other columns vary than in Human3.6M.
+            As `recordings`; or if the columns that vary differ from those of Human3.6M.
         """
         chosen = self.train_subjects if subjects is None else subjects
-        found = self.recordings(folder, actions=actions, subjects=chosen, cache=cache)
-        return training_set_of(actions, ((clip.name, clip.action, clip.poses) for clip in found), every=self.fps // FPS)
+        recordings = self.recordings(folder, actions=actions, subjects=chosen, cache=cache)
+        clips = ((recording.name, recording.action, recording.poses) for recording in recordings)
+        return training_set_of(actions, clips, every=self.fps // FPS)
 
     def validation_tasks(self, folder: Path, actions: Sequence[str], *, cache: Path | None = None) -> list[Task]:
-        """Read the windows on which a checkpoint is chosen: by default, those of the validation subjects."""
+        """Read the validation windows; by default, those of the validation subjects."""
         clips = {action: self._clips_of(folder, action, self.validation_subjects, cache) for action in actions}
         return [self._task(action, f"{self.name}-validation", clips[action]) for action in actions]
 
     def test_clips(self, folder: Path, action: str, *, cache: Path | None = None) -> list[Poses]:
-        """Read the clips ``(T, 99)`` of an action that test windows are cut from, at 25 frames per second."""
+        """Read the clips ``(T, 99)`` of an action for test windows, at 25 frames per second."""
         return self._clips_of(folder, action, self.test_subjects, cache)
 
     def windows(self, protocol: str, lengths: Sequence[int]) -> tuple[Window, ...]:
-        """Return the windows in clips of some lengths: by default side by side, with two seconds of motion behind each.
+        """Return the windows in clips of some lengths; by default, side by side, with two seconds after each.
 
-        ``npss-baselines sensitivity`` reads what is behind a window.
+        ``npss-baselines sensitivity`` reads the motion after a window.
         """
         length = N_SEED + N_TARGET
         return tuple(
@@ -186,7 +187,7 @@ class PoseSource(Source):
         )
 
     def blocks(self, protocol: str, action: str, windows: Sequence[Window]) -> Groups:
-        """Return the block of each window: those of one depend on each other. By default a clip is a block."""
+        """Return the block of each window; by default, a clip is a block."""
         return tuple(window.clip for window in windows)
 
     def tasks(
@@ -202,18 +203,18 @@ class PoseSource(Source):
         Parameters
         ----------
         folder : Path
-            The data set's; generated motion needs none.
+            The folder of the data set; unused for generated motion.
         actions : sequence of str, optional
-            By default, `default_actions`.
+            Actions, of `actions`; by default, `default_actions`.
         protocol : str, optional
-            One of `protocols`; by default, the first.
+            Protocol, of `protocols`; by default, the first.
         cache : Path, optional
             As of `clips`.
 
         Raises
         ------
         TypeError, ValueError, FileNotFoundError
-            As `test_clips`; or if there is no such action, protocol or window.
+            As `test_clips`; or if the action or protocol is unknown, or no window fits.
         """
         protocol = self.protocols[0] if protocol is None else protocol
         one_of("windows", protocol, self.protocols)
@@ -229,21 +230,21 @@ class PoseSource(Source):
         cache: Path | None = None,
         progress: Callable[[float], None] = lambda share: None,
     ) -> Iterator[Clip]:
-        """Compute the positions of joints from the poses of all subjects; quick, of the first recordings of each."""
+        """Compute joint positions from the poses of all subjects; if `quick`, of the first recordings of each."""
         subjects = dict.fromkeys((*self.train_subjects, *self.validation_subjects, *self.test_subjects))
         for done, subject in enumerate(subjects, 1):
-            found = self.recordings(folder, actions=self.actions, subjects=[subject], cache=cache)
-            for name, _, action, poses in islice(found, QUICK if quick else None):
+            recordings = self.recordings(folder, actions=self.actions, subjects=[subject], cache=cache)
+            for name, _, action, poses in islice(recordings, QUICK if quick else None):
                 yield Clip(name, self.name, self.subject(subject), action, self.fps, joints_of_poses(poses))
             progress(done / len(subjects))
 
     def _clips_of(self, folder: Path, action: str, subjects: Sequence[Any], cache: Path | None) -> list[Poses]:
         """Read the recordings of an action, at 25 frames per second."""
-        found = self.recordings(folder, actions=[action], subjects=subjects, cache=cache)
-        return [recording.poses[:: self.fps // FPS] for recording in found]
+        recordings = self.recordings(folder, actions=[action], subjects=subjects, cache=cache)
+        return [recording.poses[:: self.fps // FPS] for recording in recordings]
 
     def _task(self, action: str, protocol: str, clips: Sequence[Poses]) -> Task:
-        """Cut clips into windows, in float64: reference numbers are computed in it throughout."""
+        """Cut clips into windows, in float64, which all reference numbers use."""
         windows = self.windows(protocol, [len(clip) for clip in clips])
         if not windows:
             raise ValueError(f"{self.name}: no clip of {action} is long enough for a window")

@@ -1,4 +1,4 @@
-"""Generated walks as a source, which needs no data: to test, train and validate on."""
+"""Generated walks as a source that needs no data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from npss_baselines.data.source import Poses, PoseSource, Recording
 from npss_baselines.data.tasks import N_SEED, N_TARGET, Task
 from npss_baselines.data.windows import TrainingSet, training_set_of
 
-#: The one action.
+#: The only action.
 GAIT = "gait"
 
 
@@ -24,14 +24,14 @@ class Synthetic(PoseSource):
     Parameters
     ----------
     n : int
-        Walkers to test on.
+        Number of walkers in the test set.
     """
 
     name = "synthetic"
-    description = "a generated gait, which needs no data"
+    description = "generated gait, which needs no data"
     generated = True
     actions = (GAIT,)
-    validation_subjects = (2, 3)  # of the manifold, as those below
+    validation_subjects = (2, 3)  # for the manifold, like those below
     test_subjects = (0, 1)
 
     def __init__(self, n: int = 64) -> None:
@@ -45,16 +45,16 @@ class Synthetic(PoseSource):
     def recordings(
         self, folder: Path, *, actions: Sequence[str], subjects: Sequence[object], cache: Path | None = None
     ) -> Iterator[Recording]:
-        """Generate 32 walkers to train on, who have no names; none of those that are tested or validated on."""
+        """Generate the 32 walkers of the training set, without names."""
         for i, walk in enumerate(gait(32, 500, seed=1)):
             yield Recording(f"{GAIT}_{i}", "", GAIT, walk)
 
     def validation_tasks(self, folder: Path, actions: Sequence[str], *, cache: Path | None = None) -> list[Task]:
-        """Generate 16 other walkers to choose a checkpoint by."""
+        """Generate the 16 walkers of the validation set."""
         return synthetic_validation()
 
     def test_clips(self, folder: Path, action: str, *, cache: Path | None = None) -> list[Poses]:
-        """Generate the walkers to test on: each has a window, and goes on for two seconds."""
+        """Generate the walkers of the test set: one window each, and two more seconds."""
         return [*gait(self.n, N_SEED + N_TARGET + N_SEED, seed=0)]
 
     def clips(
@@ -65,50 +65,50 @@ class Synthetic(PoseSource):
         cache: Path | None = None,
         progress: Callable[[float], None] = lambda share: None,
     ) -> Iterator[Clip]:
-        """Generate 32 walks of 500 frames; quick, 8 of them."""
+        """Generate 32 walks of 500 frames; if `quick`, 8."""
         return synthetic_clips(8 if quick else 32, 500, seed=0)
 
 
 def synthetic_task(n: int = 64) -> Task:
-    """Return `n` windows of a gait generated here; always the same, and independent of each other."""
+    """Generate `n` independent test windows; always the same."""
     return next(Synthetic(n).tasks(Path()))
 
 
 def synthetic_training_set(n: int = 32, n_frames: int = 500) -> TrainingSet:
-    """Generate `n` walkers to train on; always the same, and none of those that are tested or validated on."""
+    """Generate `n` walkers to train on; always the same, and in no other set."""
     walks = gait(n, n_frames, seed=1)
     return training_set_of([GAIT], ((f"{GAIT}_{i}", GAIT, walk) for i, walk in enumerate(walks)))
 
 
 def synthetic_validation(n: int = 16) -> list[Task]:
-    """Generate `n` other walkers to choose a checkpoint by; always the same."""
+    """Generate `n` walkers to validate on; always the same, and in no other set."""
     walks = gait(n, N_SEED + N_TARGET, seed=2)
     return [Task(GAIT, f"synthetic-validation-{n}", walks[:, :N_SEED], walks[:, N_SEED:])]
 
 
 def synthetic_clips(n: int, n_frames: int, seed: int, *, fps: float = 30.0) -> Iterator[Clip]:
-    """Generate walks along winding paths, each of another walker.
+    """Generate walks along winding paths, each by another walker.
 
     Parameters
     ----------
     n : int
-        Number of clips. The first clips are the same however many there are.
+        Number of clips. The first clips do not depend on it.
     n_frames : int
-        Frames of each.
+        Number of frames of each clip.
     seed : int
-        Where the randomness comes from.
+        Seed of the random generator.
     fps : float, optional
         Frames per second.
 
     Yields
     ------
     Clip
-        ``gait/0``, ``gait/1``, ..., in millimetres; the ground, y = 0, is where a foot is lowest. Feet slide.
+        ``gait/0``, ``gait/1``, ..., in millimetres; the ground, y = 0, is the lowest position of a foot. Feet slide.
 
     Raises
     ------
     TypeError, ValueError
-        If a number is not a positive one; the seed may be 0.
+        If a number is not positive; the seed may be 0.
 
     Examples
     --------
@@ -118,9 +118,9 @@ def synthetic_clips(n: int, n_frames: int, seed: int, *, fps: float = 30.0) -> I
     """
     for walker in range(positive_integer("n", n)):
         poses = gait(1, n_frames, fps=fps, seed=np.random.default_rng([seed, walker]))[0]
-        # As they are, displacements sideways and up and turns of the root have a mean: it would drift and tumble.
+        # Sideways and vertical displacements and rotations of the root have a mean: it would drift and tumble.
         poses[:, [0, 1, 3, 5]] = 0
-        poses[:, 4] /= 3  # radians per frame: bends, not spins
+        poses[:, 4] /= 3  # radians per frame: the path bends, the walker does not spin
         positions = joints_of_poses(poses)
         positions[..., 1] -= positions[..., 1].min()
         yield Clip(f"gait/{walker}", "synthetic", f"synthetic/{walker}", "gait", fps, positions)

@@ -1,4 +1,4 @@
-"""What there is to predict: windows of motion, of which a seed is seen."""
+"""Tasks: the windows of an action, split into seed frames and target frames."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ N_SEED, N_TARGET = 50, 100
 
 
 class Task(NamedTuple):
-    """What there is to predict: exponential maps at 25 frames per second."""
+    """The windows of an action: exponential maps at 25 frames per second."""
 
     action: str
     protocol: str
     seed_frames: npt.NDArray[np.floating[Any]]  # (N, 50, 99)
     target: npt.NDArray[np.floating[Any]]  # (N, 100, 99)
-    groups: Groups = None  # the block of each window: those of one depend on each other; None: not known
+    groups: Groups = None  # the block of each window; None if unknown
 
 
 def task_of(
@@ -31,7 +31,7 @@ def task_of(
     windows: Sequence[Window],
     groups: Groups = None,
 ) -> Task:
-    """Cut windows from clips ``(T, 99)``, in float64: reference numbers are computed in it throughout."""
+    """Cut windows from clips ``(T, 99)``, in float64, which all reference numbers use."""
     seed = np.stack([clips[window.clip][window.seed_frames] for window in windows]).astype(np.float64)
     target = np.stack([clips[window.clip][window.target] for window in windows]).astype(np.float64)
     return Task(action, protocol, seed, target, groups)

@@ -1,4 +1,4 @@
-"""From clips to training batches, and to the windows on which a checkpoint is chosen; no test frame is in either."""
+"""Training batches and validation windows, without test frames."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from npss_baselines.data.tasks import N_SEED, N_TARGET
 
 Float32 = npt.NDArray[np.float32]
 
-#: The first frame of a clip that a window may begin with: the field leaves out those before.
+#: The first frame that a window may start at: the field leaves out earlier frames.
 FIRST = 16
-#: Frames between the beginnings of two validation windows.
+#: Frames between the starts of two validation windows.
 STRIDE = 25
-_SEEDS = 2**32  # seeds are below it: then no two of them have batches in common
+_SEEDS = 2**32  # seeds are below it, so that no two share batches
 
 
 class TrainingClip(NamedTuple):
-    """Motion at 25 frames per second, normalised: one recording."""
+    """One recording, normalised, at 25 frames per second."""
 
     name: str
-    action: int  # which of the actions that are trained
+    action: int  # index of the action in the training set
     poses: Float32  # (T, 54)
 
 
 @dataclass(frozen=True)
 class TrainingSet:
-    """What a model is trained on.
+    """The clips that a model is trained on.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class TrainingSet:
     clips : tuple of TrainingClip
         All clips of all actions.
     normalization : Normalization
-        What has been done to their poses.
+        The normalisation of their poses.
     """
 
     actions: tuple[str, ...]
@@ -51,35 +51,35 @@ class TrainingSet:
 
 
 class Batch(NamedTuple):
-    """Windows to train on."""
+    """A batch of training windows."""
 
     poses: Float32  # (B, n_seed + n_target + 1, 54)
     label: Float32  # (B, A), one-hot
 
 
 class Batches:
-    """The batches of a run: number i is a pure function of the seed and of i.
+    """The batches of a run: batch i is a function of the seed and i alone.
 
-    Each window is drawn as in the code of the NPSS paper: the clip uniformly, whatever its length, and with
-    replacement; its first frame uniformly from 16 to T - n_seed - n_target - 1, that is up to the last that fits.
+    Windows are drawn as in the code of the NPSS paper: the clip uniformly, regardless of its length, with replacement;
+    the first frame uniformly from 16 to T - n_seed - n_target - 1, the last that fits.
 
     Parameters
     ----------
     training_set : TrainingSet
-        Where windows are cut from.
+        The clips to cut windows from.
     batch : int
-        Windows in a batch.
+        Number of windows in a batch.
     n_seed, n_target : int
-        Frames that are read, and that are predicted; a window has one more, the target of the last step.
+        Numbers of seed frames and of target frames; a window has one frame more, the target of the last step.
     seed : int
-        From 0 to 2**32 - 1.
+        Seed of the batches, from 0 to 2**32 - 1.
 
     Raises
     ------
     TypeError
         If a number is not an integer.
     ValueError
-        If one is out of range, or a clip is too short to draw a window from: names the clip.
+        If a number is out of range, or a clip is too short for a window; names the clip.
     """
 
     def __init__(self, training_set: TrainingSet, *, batch: int, n_seed: int, n_target: int, seed: int) -> None:
@@ -88,7 +88,7 @@ class Batches:
         self._window = positive_integer("n_seed", n_seed) + positive_integer("n_target", n_target) + 1
         self._seed = checked_seed(seed)
         self._labels = np.eye(len(training_set.actions), dtype=np.float32)
-        #: Above the first frames that may be drawn.
+        #: Exclusive ends of the ranges of first frames.
         self._ends = np.array([len(clip.poses) - self._window + 1 for clip in self._clips])
         for clip, end in zip(self._clips, self._ends, strict=True):
             if end <= FIRST:
@@ -108,7 +108,7 @@ class Batches:
 
 
 def checked_seed(seed: object) -> int:
-    """Read a seed: an integer from 0 to 2**32 - 1."""
+    """Check a seed: an integer from 0 to 2**32 - 1."""
     if not is_integer(seed):
         raise TypeError(f"seed: expected an integer, got {seed!r}")
     if not 0 <= seed < _SEEDS:
@@ -117,12 +117,12 @@ def checked_seed(seed: object) -> int:
 
 
 def digest(training_set: TrainingSet) -> str:
-    """Return a digest of all clips: the same if and only if they are, to the bit."""
-    found = hashlib.sha256()
+    """Return a digest of every bit of the clips."""
+    result = hashlib.sha256()
     for clip in training_set.clips:
-        found.update(f"{clip.name} {clip.action} {clip.poses.shape} ".encode())
-        found.update(np.ascontiguousarray(clip.poses).data)
-    return found.hexdigest()
+        result.update(f"{clip.name} {clip.action} {clip.poses.shape} ".encode())
+        result.update(np.ascontiguousarray(clip.poses).data)
+    return result.hexdigest()
 
 
 def training_set_of(
@@ -133,45 +133,45 @@ def training_set_of(
     Parameters
     ----------
     actions : sequence of str
-        In the order of the label.
+        Actions, in the order of the label.
     recordings : iterable of (str, str, (T, 99) ndarray)
-        The name, the action and the poses of each.
+        Name, action and poses of each recording.
     every : int, optional
-        By default all frames are kept.
+        Step between the frames to keep; by default, all are kept.
 
     Raises
     ------
     ValueError
-        If other columns vary than in Human3.6M as a whole, or a recording is of another action.
+        If the columns that vary differ from those of Human3.6M, or a recording is of another action.
     """
-    found = list(recordings)
-    statistics = normalization(poses for _, _, poses in found)
+    recordings = list(recordings)
+    statistics = normalization(poses for _, _, poses in recordings)
     if statistics.columns != COLUMNS:
         raise ValueError(
-            f"clips: {len(statistics.columns)} columns vary, not the {len(COLUMNS)} that models take; "
+            f"clips: {len(statistics.columns)} columns vary, not the {len(COLUMNS)} that models read; "
             f"train on more subjects or actions"
         )
     clips = []
-    for name, action, poses in found:
+    for name, action, poses in recordings:
         one_of(f"{name}: action", action, tuple(actions))
         clips.append(TrainingClip(name, actions.index(action), statistics.normalize(poses[::every]).astype(np.float32)))
     return TrainingSet(tuple(actions), tuple(clips), statistics)
 
 
 def validation_windows(lengths: Sequence[int]) -> tuple[Window, ...]:
-    """Return all windows on a regular grid of the test subject's two clips that share no frame with a test window.
+    """Return the windows on a regular grid in the test subject's two clips that avoid all test windows.
 
-    Neither with one of the eight, nor with a late one.
+    They share no frame with the eight windows or with the late ones.
 
     Parameters
     ----------
     lengths : sequence of int
-        The lengths of the two clips in frames, at 25 frames per second.
+        Lengths of the two clips in frames, at 25 frames per second.
 
     Returns
     -------
     tuple of Window
-        Of 50 and 100 frames, like the eight test windows of `npss.protocol.srnn_windows`, which they avoid.
+        Windows of 50 + 100 frames, like those of `npss.protocol.srnn_windows`.
 
     Raises
     ------

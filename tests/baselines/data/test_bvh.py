@@ -1,4 +1,4 @@
-"""BVH files: generated ones against oracles, thousands of broken ones, slow forward kinematics, and real ones."""
+"""BVH files: generated and real ones against oracles, thousands of broken ones, slow forward kinematics."""
 
 import math
 import re
@@ -18,7 +18,7 @@ NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 
 def generated(seed, n_joints=5, n_frames=4, plain=False):
-    """Return the text of a BVH file with a tree at random, and what it says.
+    """Return the text of a BVH file with a random tree, and its content.
 
     Joints have any channels in any order; or if plain, three rotations each, and the root three positions before them.
     """
@@ -68,7 +68,7 @@ def generated(seed, n_joints=5, n_frames=4, plain=False):
 
 
 def statements(lines):
-    """Split lines, the last one first, into words: a name is one of them, and a brace."""
+    """Split lines, last first, into words; a name and a brace are words."""
     for line in lines:
         words = " ".join(line.split())
         keyword, name, rest = words.partition(" ")[0].upper(), "", words
@@ -84,7 +84,7 @@ def statements(lines):
 
 
 def parse(text):
-    """Read the text of a BVH file in another way: by descent into its joints, strictly. ValueError if it is broken."""
+    """Read the text of a BVH file strictly, by recursive descent; raise ValueError if it is broken."""
 
     def require(condition):
         if not condition:
@@ -114,10 +114,10 @@ def parse(text):
         offsets.append([number(word) for word in take("offset", n=3)])
         channels.append(None)
         if name is not None:
-            count, *of = take("channels", n=None)
-            channels[j] = [channel.capitalize() for channel in of]
-            require(re.fullmatch(r"\d{1,3}", count, re.ASCII) and int(count) == len(of))
-            require(set(channels[j]) <= set(CHANNELS) and len(set(channels[j])) == len(of))
+            count, *words = take("channels", n=None)
+            channels[j] = [channel.capitalize() for channel in words]
+            require(re.fullmatch(r"\d{1,3}", count, re.ASCII) and int(count) == len(words))
+            require(set(channels[j]) <= set(CHANNELS) and len(set(channels[j])) == len(words))
             while left and left[-1] != ["}"]:
                 if [word.lower() for word in left[-1][:2]] == ["end", "site"]:
                     left.pop()
@@ -146,9 +146,9 @@ def parse(text):
     return names, parents, offsets, channels, values, 1 / number(time[1])
 
 
-def slow_positions(said):
-    """Compute where joints are, from the definition: products of 4 x 4 matrices, a frame and a joint at a time."""
-    names, parents, offsets, channels, rows, _ = said
+def slow_positions(expected):
+    """Compute joint positions from the definition: products of 4 x 4 matrices, joint by joint and frame by frame."""
+    names, parents, offsets, channels, rows, _ = expected
 
     def turn(axis, degrees):
         a, b = [(1, 2), (2, 0), (0, 1)]["XYZ".index(axis)]
@@ -174,9 +174,9 @@ def slow_positions(said):
     return positions
 
 
-def agrees(motion, said):
-    """Say whether what was read is what the file says."""
-    names, parents, offsets, channels, rows, fps = said
+def agrees(motion, expected):
+    """Return whether the motion read agrees with the content of the file."""
+    names, parents, offsets, channels, rows, fps = expected
     rotations = np.tile(np.eye(3), (len(rows), len(names), 1, 1))
     translations, column = np.tile(np.array(offsets), (len(rows), 1, 1)), 0
     for j, of in enumerate(channels):
@@ -204,7 +204,7 @@ def read(tmp_path):
 
     def function(text):
         path = tmp_path / "motion.bvh"
-        path.unlink(missing_ok=True)  # a new file is written many times faster than an old one anew
+        path.unlink(missing_ok=True)  # creating a file is many times faster than overwriting one
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
         return bvh.read(path)
 
@@ -240,11 +240,11 @@ class TestReading:
         assert arm.skeleton.names == ("shoulder", "elbow", "elbowEnd")
         assert arm.fps == 25
         # Straight along x; then the upper arm along y, and the forearm, turned by 90 degrees once more, back along x.
-        # Turning about the forearm's own axis, which comes after, moves nothing.
+        # The rotation about the forearm's axis, which comes after, moves nothing.
         expected = [[[1, 2, 3], [4, 2, 3], [6, 2, 3]], [[1, 2, 3], [1, 5, 3], [-1, 5, 3]]]
         assert np.allclose(arm.positions(), expected, rtol=0, atol=1e-12)
 
-    def test_the_order_of_rotations_counts(self, read):
+    def test_the_order_of_rotations_matters(self, read):
         # About z, then about the turned x: x goes to y, which stays. The other way round it goes on to z.
         bent = ARM.replace("90 0 0 90 90 0", "0 0 0 90 90 0")
         turned = read(bent)
@@ -255,11 +255,11 @@ class TestReading:
     @pytest.mark.parametrize("plain", [True, False])
     @pytest.mark.parametrize("seed", range(40))
     def test_generated_files(self, read, seed, plain):
-        text, said = generated(seed, n_joints=1 + seed % 12, n_frames=1 + seed % 5, plain=plain)
+        text, expected = generated(seed, n_joints=1 + seed % 12, n_frames=1 + seed % 5, plain=plain)
         motion = read(text)
-        assert agrees(motion, said)
+        assert agrees(motion, expected)
         assert motion.fps == 120
-        assert np.allclose(motion.positions(), slow_positions(said), rtol=0, atol=1e-9)
+        assert np.allclose(motion.positions(), slow_positions(expected), rtol=0, atol=1e-9)
 
     @pytest.mark.parametrize("plain", [True, False])
     def test_the_oracle_reads_what_was_generated(self, plain):
@@ -272,9 +272,9 @@ class TestReading:
             assert np.array_equal(again[4], rows)
 
     @pytest.mark.parametrize("end", ["\r\n", "\r", " \n", "\n\n", "\n\t\n"])
-    def test_ends_of_lines(self, read, end):
-        text, said = generated(1)
-        assert agrees(read(text.replace("\n", end)), said)
+    def test_line_endings(self, read, end):
+        text, expected = generated(1)
+        assert agrees(read(text.replace("\n", end)), expected)
 
     @pytest.mark.parametrize(
         ("time", "fps"), [("0.0333333", 30), ("0.008333", 120), ("0.0417083", 1 / 0.0417083), ("1", 1), ("2.5", 0.4)]
@@ -305,7 +305,7 @@ class TestReading:
             ("90 90 0\n", "90 90 0 // the last\n\n\n"),
         ],
     )
-    def test_in_other_words(self, read, old, new):
+    def test_other_notations(self, read, old, new):
         assert old in ARM
         assert agrees(read(ARM.replace(old, new, 1)), parse(ARM))
 
@@ -316,7 +316,7 @@ class TestReading:
         assert arm.skeleton.names == ("shoulder", name, f"{name}End")
 
     def test_positions_of_joints_replace_their_offsets(self, read):
-        """As in the files of motion capture studios: 1 90 2 and an offset of 0 90 0 is 90 up, not 180."""
+        """As in files of motion capture studios: 1 90 2 with an offset of 0 90 0 is 90 up, not 180."""
         six = "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"
         rows = ["1 2 3 0 0 0 4 5 6 0 0 0", "1 2 3 90 0 0 5 0 0 90 0 0", ""]
         text = ARM.replace("CHANNELS 3 Zrotation Xrotation Yrotation", six)
@@ -348,15 +348,15 @@ class TestReading:
         text = ARM.replace("CHANNELS 6 Xposition Yposition Zposition", "CHANNELS 3").replace("1 2 3 ", "")
         assert np.array_equal(read(text).root, [[7, 7, 7], [7, 7, 7]])
 
-    def test_end_sites_have_names_of_their_own(self, read):
-        """Several of a joint are told apart, and none takes the name of a joint, wherever that is."""
+    def test_end_sites_have_unique_names(self, read):
+        """Several end sites of a joint have different names, and none has the name of a joint."""
         end = "    End Site\n    {\n      OFFSET 2 0 0\n    }\n"
         assert read(ARM.replace(end, end * 3)).skeleton.names[2:] == ("elbowEnd", "elbowEnd2", "elbowEnd3")
         assert read(ARM.replace("shoulder", "elbowEnd")).skeleton.names == ("elbowEnd", "elbow", "elbowEnd2")
 
     @pytest.mark.parametrize("says", [1, 3])
     def test_one_frame_more_or_fewer(self, read, says):
-        with pytest.warns(UserWarning, match=rf"motion.bvh: 2 frames, where it says {says}$") as caught:
+        with pytest.warns(UserWarning, match=rf"motion.bvh: 2 frames, but the header says {says}$") as caught:
             arm = read(ARM.replace("\t2", f"\t{says}"))
         assert agrees(arm, parse(ARM))
         assert [Path(warning.filename).name for warning in caught] == ["test_bvh.py"]
@@ -393,13 +393,13 @@ class TestBrokenFiles:
     @pytest.mark.parametrize(
         ("old", "new", "message"),
         [
-            (ARM, "", "ends with line 0: expected HIERARCHY"),
+            (ARM, "", "the file ends at line 0, expected HIERARCHY"),
             ("HIERARCHY\n", "", "line 1: expected HIERARCHY, got 'ROOT shoulder'"),
             ("ROOT shoulder", "ROOT", "line 2: expected ROOT NAME, got 'ROOT'"),
             ("JOINT elbow", "ROOT elbow", "line 6: expected JOINT NAME or End Site or }, got 'ROOT elbow'"),
             ("elbow", "e" * 201, "line 6: expected JOINT NAME or End Site or }, got 'JOINT eeee"),
             ("MOTION", "ROOT prop", "line 16: expected MOTION, got 'ROOT prop'"),
-            ("JOINT elbow", "JOINT shoulder", "line 6: the name 'shoulder' is there twice"),
+            ("JOINT elbow", "JOINT shoulder", "line 6: duplicate name 'shoulder'"),
             ("JOINT elbow", "JOIMT elbow", "line 6: expected JOINT NAME or End Site or }, got 'JOIMT elbow'"),
             ("    OFFSET 3 0 0\n", "", "line 8: expected OFFSET and 3 numbers, got 'CHANNELS 3 Zrotation"),
             ("3 0 0", "3 0", "line 8: expected OFFSET and 3 numbers, got 'OFFSET 3 0'"),
@@ -407,25 +407,25 @@ class TestBrokenFiles:
             ("3 0 0", "3 nan 0", "line 8: expected OFFSET and 3 numbers, got 'OFFSET 3 nan 0'"),
             ("3 0 0", "3 1_0 0", "line 8: expected OFFSET and 3 numbers, got 'OFFSET 3 1_0 0'"),
             ("3 0 0", "3 1e999 0", "line 8: '1e999' is not within +-1e+06"),
-            ("CHANNELS 3", "CHANNELS 4", "line 9, joint 'elbow': CHANNELS 4, but 3 follow"),
-            ("Zrotation Xrotation", "Xrotation Xrotation", "line 9, joint 'elbow': Xrotation is there twice"),
-            ("Zrotation Xrotation", "Wrotation Xrotation", "line 9, joint 'elbow': no channel is called 'Wrotation'"),
+            ("CHANNELS 3", "CHANNELS 4", "line 9, joint 'elbow': expected 4 channels, got 3"),
+            ("Zrotation Xrotation", "Xrotation Xrotation", "line 9, joint 'elbow': duplicate channel Xrotation"),
+            ("Zrotation Xrotation", "Wrotation Xrotation", "line 9, joint 'elbow': unknown channel 'Wrotation'"),
             ("CHANNELS 3", "CHANNELS 6 Xposition Yposition Zposition", "line 19: 9 values for 12 channels"),
-            ("Xposition Y", "Yposition Y", "line 5, joint 'shoulder': Yposition is there twice"),
-            ("CHANNELS 3", "CHANNELS three", "line 9: expected CHANNELS, how many, and which, got"),
+            ("Xposition Y", "Yposition Y", "line 5, joint 'shoulder': duplicate channel Yposition"),
+            ("CHANNELS 3", "CHANNELS three", "line 9: expected CHANNELS, their number and names, got"),
             ("    }\n", "", "line 15: expected JOINT NAME or End Site or }, got 'MOTION'"),
             ("    }\n", "    }\n}\n}\n", "line 16: expected MOTION, got '}'"),
             ("MOTION\n", "", "line 16: expected MOTION, got 'Frames: 2'"),
             ("\t2", "\t-2", "line 17: expected Frames: NUMBER, got 'Frames: -2'"),
-            ("\t2", "\t0", "2 frames, where it says 0"),
-            ("\t2", "\t4", "2 frames, where it says 4"),
-            (ARM[ARM.index("1 2 3") :], "", "0 frames, where it says 2"),
-            (ARM[ARM.index("\t2") :], "1\nFrame Time: 1\n", "0 frames, where it says 1"),
-            ("0.04", "0", "line 18: a frame time of 0 s"),
-            ("0.04", "-0.04", "line 18: a frame time of -0.04 s"),
+            ("\t2", "\t0", "2 frames, but the header says 0"),
+            ("\t2", "\t4", "2 frames, but the header says 4"),
+            (ARM[ARM.index("1 2 3") :], "", "0 frames, but the header says 2"),
+            (ARM[ARM.index("\t2") :], "1\nFrame Time: 1\n", "0 frames, but the header says 1"),
+            ("0.04", "0", "line 18: implausible frame time, 0 s"),
+            ("0.04", "-0.04", "line 18: implausible frame time, -0.04 s"),
             ("0.04", "nan", "line 18: expected Frame Time: SECONDS, got 'Frame Time: nan'"),
-            ("0.04", "1e999", "line 18: a frame time of 1e999 s"),
-            ("0.04", "1e-320", "line 18: a frame time of 1e-320 s"),
+            ("0.04", "1e999", "line 18: implausible frame time, 1e999 s"),
+            ("0.04", "1e-320", "line 18: implausible frame time, 1e-320 s"),
             ("1 2 3 0", "1 2 3", "line 19: 8 values for 9 channels"),
             ("1 2 3 9", "1 2 3 0 9", "line 20: 10 values for 9 channels"),
             ("1 2 3 9", "1 2 nan 9", "line 20: 'nan' is not a number"),
@@ -442,8 +442,8 @@ class TestBrokenFiles:
             ("0.04", "0.04 }", "line 18: expected nothing after the frame time, got '}'"),
             ("\t2", f"\t{'9' * 5000}", "line 17: expected Frames: NUMBER, got"),
             (ARM, ARM[: ARM.index("elbow")], "line 6: expected JOINT NAME or End Site or }, got 'JOINT'"),
-            (ARM, ARM[: ARM.index("    OFFSET")], "ends with line 7: expected OFFSET and 3 numbers"),
-            (ARM, ARM[: ARM.index("1 2 3")], "0 frames, where it says 2"),
+            (ARM, ARM[: ARM.index("    OFFSET")], "the file ends at line 7, expected OFFSET and 3 numbers"),
+            (ARM, ARM[: ARM.index("1 2 3")], "0 frames, but the header says 2"),
         ],
     )
     def test_message(self, read, tmp_path, old, new, message):
@@ -451,7 +451,7 @@ class TestBrokenFiles:
         with pytest.raises(ValueError, match="^" + re.escape(f"{tmp_path / 'motion.bvh'}: {message}")):
             read(ARM.replace(old, new, 1))
 
-    def test_no_text(self, read):
+    def test_not_text(self, read):
         with pytest.raises(ValueError, match=r"motion.bvh: line 21 is not UTF-8 text$"):
             read(ARM.encode() + b"\xff\xfe")
         with pytest.raises(ValueError, match=r"motion.bvh: the text is UTF-16; save it as UTF-8$"):
@@ -459,7 +459,7 @@ class TestBrokenFiles:
         with pytest.raises(ValueError, match=r"motion.bvh: line 1: expected HIERARCHY"):
             read(bytes(1000))
 
-    def test_no_file(self, tmp_path):
+    def test_missing_file(self, tmp_path):
         with pytest.raises(FileNotFoundError):
             bvh.read(tmp_path / "nothing.bvh")
 
@@ -467,12 +467,12 @@ class TestBrokenFiles:
         text = re.sub("CHANNELS.*", "CHANNELS 0", ARM)
         with pytest.raises(ValueError, match=r"motion.bvh: line 19: 9 values for 0 channels"):
             read(text)
-        with pytest.raises(ValueError, match=r"motion.bvh: 0 frames, where it says 2"):
+        with pytest.raises(ValueError, match=r"motion.bvh: 0 frames, but the header says 2"):
             read(text[: text.index("1 2 3")] + "\n\n")
 
-    def test_memory_does_not_follow_what_the_file_claims(self, read):
+    def test_memory_does_not_depend_on_the_header(self, read):
         tracemalloc.start()
-        with pytest.raises(ValueError, match=f"2 frames, where it says {10**15}"):
+        with pytest.raises(ValueError, match=f"2 frames, but the header says {10**15}"):
             read(ARM.replace("\t2", f"\t{10**15}"))
         assert tracemalloc.get_traced_memory()[1] < 2**24
         tracemalloc.stop()
@@ -495,7 +495,7 @@ BLANKS = ("  ", "\t", "\xa0", "\x0b", "\x1c", "\u3000", " \r\n ", "")
 
 
 def mutate(text, rng):
-    """Break a text at one or two places, or merely change it."""
+    """Mutate a text at one or two places, which may or may not break it."""
     for _ in range(rng.integers(1, 3)):
         lines = text.split("\n")
         a, b = rng.integers(len(lines), size=2)
@@ -534,22 +534,22 @@ def mutate(text, rng):
     return text
 
 
-@pytest.mark.filterwarnings("ignore:.* frames, where it says:UserWarning")
+@pytest.mark.filterwarnings("ignore:.* frames, but the header says:UserWarning")
 @pytest.mark.parametrize("seed", range(8))
-def test_mutations_are_refused_or_read_as_what_they_say(read, seed):
+def test_mutations_are_refused_or_read_correctly(read, seed):
     rng = np.random.default_rng(seed)
     whole = 0
     for _ in range(250):
         text = mutate(generated(rng.integers(1000), plain=rng.random() < 0.5)[0], rng)
         try:
-            said = parse(text)
+            expected = parse(text)
         except ValueError:
             with pytest.raises(ValueError, match=r"motion.bvh: "):
                 read(text)
         else:
-            assert agrees(read(text), said), text
+            assert agrees(read(text), expected), text
             whole += 1
-    assert 40 < whole < 210  # both are put to the test
+    assert 40 < whole < 210  # both cases occur
 
 
 @given(st.binary(max_size=300))

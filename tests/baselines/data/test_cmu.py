@@ -1,4 +1,4 @@
-"""CMU's clips: from generated files of their hierarchy, and from real ones where they are."""
+"""CMU's clips: generated files with their hierarchy, and real ones if available."""
 
 import csv
 import re
@@ -24,7 +24,7 @@ CSV = """clip,description
 
 
 def chain(names, below=""):
-    """Write joints, each below the one before, at random places."""
+    """Write a chain of joints at random offsets."""
     if not names:
         return below or "End Site\n{\nOFFSET 0 -1 2\n}\n"
     side = {"l": 1, "r": -1}.get(names[0][0], 0)
@@ -34,7 +34,7 @@ def chain(names, below=""):
 
 
 def motion(n_frames, seed=0):
-    """Write a file of the hierarchy of these clips as far as it matters here, with numbers at random."""
+    """Write a file with the relevant hierarchy of these clips and random numbers."""
     arms = "".join(chain([side + name for name in ARM]) for side in "rl")
     legs = "".join(chain([side + name for name in LEG]) for side in "rl")
     trunk = chain(["abdomen", "chest"], chain(["neck", "head"]) + arms)
@@ -79,7 +79,7 @@ def test_every_joint_has_a_name_in_these_files():
 
 
 class TestClips:
-    def test_what_they_are(self, root):
+    def test_clips(self, root):
         clips = list(cmu_clips(root))
         assert [clip.name for clip in clips] == ["02_01", "02_02", "03_01", "13_30"]
         assert [clip.subject for clip in clips] == ["cmu/02", "cmu/02", "cmu/03", "cmu/13"]
@@ -110,7 +110,7 @@ class TestClips:
         with Progress("reading") as progress:
             list(cmu_clips(root, progress=progress))
 
-    def test_nothing_is_read_before_it_is_asked_for(self, copy):
+    def test_clips_are_read_lazily(self, copy):
         (copy / "02/02_02.bvh").write_text("broken", encoding="utf-8")
         clips = cmu_clips(copy)
         assert next(clips).name == "02_01"
@@ -138,7 +138,7 @@ class TestErrors:
             ("02_01,walk", "02_01,walk,run", r"line 2: expected a clip and its description"),
             ("02_01,walk", "", r"line 2: expected a clip and its description, got \[\]"),
             ("02_01,walk", "../02_01,walk", "line 2: expected a clip such as 02_01, got '../02_01'"),
-            ("03_01", "02_02", "line 4: 02_02 is there twice"),
+            ("03_01", "02_02", "line 4: duplicate clip 02_02"),
             ('"jump, balance"', '"jump" x', "',' expected after '\"'"),
             ("03_01,walk on uneven terrain\n", "", "does not list 03.03_01.bvh"),
         ],
@@ -149,7 +149,7 @@ class TestErrors:
             cmu_clips(copy)
 
     @pytest.mark.parametrize("mark", ["", "\ufeff"])
-    def test_listing_with_a_mark_and_other_ends_of_lines(self, copy, mark):
+    def test_listing_with_a_byte_order_mark_and_other_line_endings(self, copy, mark):
         (copy / "clips.csv").write_bytes((mark + CSV.replace("\n", "\r\n")).encode())
         assert next(cmu_clips(copy)).name == "02_01"
 
@@ -158,7 +158,7 @@ class TestErrors:
         with pytest.raises(ValueError, match=r"clips\.csv: the text is UTF-16; save it as UTF-8"):
             cmu_clips(copy)
 
-    def test_listing_is_no_text(self, copy):
+    def test_listing_is_not_text(self, copy):
         (copy / "clips.csv").write_bytes(CSV.encode() + b"\xff")
         with pytest.raises(ValueError, match=r"clips\.csv: line 6 is not UTF-8 text"):
             cmu_clips(copy)
@@ -173,7 +173,7 @@ class TestErrors:
     def test_no_data(self, tmp_path):
         with pytest.raises(FileNotFoundError, match=r"clips\.csv"):
             cmu_clips(tmp_path)
-        with pytest.raises(FileNotFoundError, match=r"no clips in .*: expected salsa/03.bvh"):
+        with pytest.raises(FileNotFoundError, match=r"no clips in .*: expected files such as salsa/03.bvh"):
             styles_clips(tmp_path)
 
     @pytest.mark.parametrize(
@@ -192,13 +192,15 @@ class TestErrors:
         (tmp_path / "salsa").mkdir()
         text = (styles / "salsa/01.bvh").read_text(encoding="utf-8").replace("lShldr", "LeftShoulder")
         (tmp_path / "salsa/01.bvh").write_text(text, encoding="utf-8")
-        with pytest.raises(ValueError, match=r"salsa.01.bvh: no joint lShldr: another skeleton"):
+        with pytest.raises(ValueError, match=r"salsa.01.bvh: another skeleton, without the joints lShldr"):
             next(styles_clips(tmp_path))
 
     @pytest.mark.parametrize("n_frames", [1, LEAD_IN])
     def test_no_frames_beyond_the_lead_in(self, copy, n_frames):
         (copy / "02/02_01.bvh").write_text(motion(n_frames), encoding="utf-8")
-        with pytest.raises(ValueError, match=rf"02.02_01.bvh: {n_frames} frames, of which the first 8 do not count"):
+        with pytest.raises(
+            ValueError, match=rf"02.02_01.bvh: {n_frames} frames, expected more than the 8 of the lead-in"
+        ):
             next(cmu_clips(copy))
 
 
@@ -227,7 +229,7 @@ class TestRealMotion:
             assert bone[0] == pytest.approx(np.linalg.norm(file.skeleton.offsets[j]), rel=1e-9)
 
     def test_proportions_are_those_of_the_common_skeleton(self, walks):
-        """So joints of the same name are the same joints: no bone is a third longer or shorter than it should be."""
+        """Joints of the same name are the same joints: no bone's length is off by a third."""
         bones = lengths(walks[0].positions).mean(axis=0)
         expected = np.linalg.norm(JOINTS.offsets[[j for j, _ in JOINTS.bones]], axis=-1)
         ratio = dict(zip([NAMES[j] for j, _ in JOINTS.bones], bones / expected / (bones[1] / expected[1]), strict=True))
@@ -242,8 +244,8 @@ class TestRealMotion:
             assert (at(clip.positions, "Head") - at(clip.positions, "Hips"))[:, 1].min() > 0.3 * height
             assert_left_is_left(clip.positions)
 
-    def test_the_lead_in_is_left_out_and_no_more(self, walks, cmu_root):
-        """Before, hands move by the frame as they never do afterwards; from there on, as they go on to do."""
+    def test_only_the_lead_in_is_left_out(self, walks, cmu_root):
+        """In the lead-in, hands move faster than ever after it; after it, at their normal speed."""
         for clip in walks:
             file = bvh.read(cmu_root / f"07/{clip.name}.bvh")
             hands = file.positions()[:, [file.skeleton.names.index(name) for name in ("lHand", "rHand")]]

@@ -1,4 +1,4 @@
-"""The loader of Human3.6M: on generated files of its layout, and on the data set where it is."""
+"""The loader of Human3.6M: on generated files in its layout, and on the data set if available."""
 
 import shutil
 
@@ -28,14 +28,14 @@ def made(tmp_path_factory):
                 rows = rng.normal(size=(340 + subject if subject == 5 else 20 + subject, 99))
                 write(root / "dataset" / f"S{subject}" / f"walking_{clip}.txt", rows)
     write(root / "dataset/S6/posing_1.txt", rng.normal(size=(1, 99)))
-    for clip in (1, 2):  # of which it is not known how long they are to be
+    for clip in (1, 2):  # of unknown expected length
         write(root / f"dataset/S5/waiting_{clip}.txt", rng.normal(size=(345 + clip, 99)))
     return root
 
 
 @pytest.fixture
 def broken(made, tmp_path):
-    """Return a function that makes a copy of the data set, one file of which holds a text, and opens it."""
+    """Return a function that copies the data set, writes a text to one file, and opens the copy."""
 
     def make(text, **options):
         root = tmp_path / "copy"
@@ -60,7 +60,9 @@ class TestOpening:
 
     @pytest.mark.parametrize("name", ["", "nowhere"])
     def test_no_data(self, tmp_path, name):
-        with pytest.raises(FileNotFoundError, match=r"no Human3.6M in .*: expected dataset/S5/walking_1.txt"):
+        with pytest.raises(
+            FileNotFoundError, match=r"no Human3.6M in .*: expected files such as dataset/S5/walking_1.txt"
+        ):
             h36m.open_root(tmp_path / name)
 
     def test_a_copy_that_leaks_the_test_set_is_refused(self, made, tmp_path):
@@ -111,7 +113,7 @@ class TestReading:
     def test_one_row(self, made):
         assert h36m.load(h36m.open_root(made), 6, "posing", 1).shape == (1, 99)
 
-    def test_other_notations_of_numbers_and_ends_of_lines(self, broken):
+    def test_other_notations_of_numbers_and_line_endings(self, broken):
         data = broken(row(_3="1e-3", _4=" -2 ") + "\r\n" + row(_98="+12.5"))
         rows = h36m.load(data, 1, "walking", 1)
         assert rows.shape == (2, 99)
@@ -161,27 +163,27 @@ class TestReading:
 
 
 class TestCache:
-    def test_what_it_keeps_is_what_the_text_says(self, made, tmp_path, monkeypatch):
+    def test_the_cache_holds_the_numbers_of_the_text(self, made, tmp_path, monkeypatch):
         plain = h36m.open_root(made)
         data = h36m.open_root(made, cache=tmp_path / "new" / "cache")
         first = h36m.load(data, 5, "walking", 1)
-        monkeypatch.setattr(h36m, "_parse", None)  # from here on, the text is not read again
+        monkeypatch.setattr(h36m, "_parse", None)  # from here on, the text must not be parsed again
         second = h36m.load(data, 5, "walking", 1)
         monkeypatch.undo()
         for rows in (first, second):
             assert rows.dtype == np.float32
             assert np.array_equal(rows, h36m.load(plain, 5, "walking", 1))
-            rows[0] = 0  # the caller's own
+            rows[0] = 0  # the caller's copy
         assert len(list((tmp_path / "new" / "cache").iterdir())) == 1
 
-    def test_it_is_never_stale(self, broken, tmp_path):
+    def test_the_cache_never_goes_stale(self, broken, tmp_path):
         data = broken(row(), cache=tmp_path / "cache")
         assert h36m.load(data, 1, "walking", 1)[0, 0] == 0.5
         (data.folder / "S1/walking_1.txt").write_text(row(_0="0.6000000"), encoding="utf-8")
         assert h36m.load(data, 1, "walking", 1)[0, 0] == np.float32(0.6)
 
     @pytest.mark.parametrize("damage", ["empty", "cut", "other", "pickle"])
-    def test_damage_is_mended(self, made, tmp_path, damage):
+    def test_a_damaged_cache_is_repaired(self, made, tmp_path, damage):
         data = h36m.open_root(made, cache=tmp_path)
         expected = h36m.load(data, 1, "walking", 1)
         (kept,) = tmp_path.iterdir()
@@ -212,9 +214,9 @@ class TestTraining:
         assert list(clips) == [f"S{subject}/walking_{clip}.txt" for subject in (6, 1) for clip in (1, 2)]
         assert np.array_equal(clips["S6/walking_2.txt"], h36m.load(data, 6, "walking", 2, fps=25))
 
-    def test_missing_files_are_all_named(self, made):
+    def test_errors_name_all_missing_files(self, made):
         data = h36m.open_root(made)
-        message = r"lacks S7/walking_2.txt; subjects that have all of theirs: \(1, 6, 8, 9, 11\)$"
+        message = r"lacks S7/walking_2.txt; subjects with all files: \(1, 6, 8, 9, 11\)$"
         with pytest.raises(FileNotFoundError, match=message):
             h36m.training_clips(data, ["walking"])
         with pytest.raises(
@@ -225,10 +227,10 @@ class TestTraining:
     @pytest.mark.parametrize(
         ("actions", "subjects", "message"),
         [
-            ([], TRAIN_SUBJECTS, "actions: expected a sequence of names of actions"),
-            ("walking", TRAIN_SUBJECTS, "actions: expected a sequence of names of actions, got 'walking'"),
-            (["walking"], (), "subjects: expected some of the training subjects"),
-            (["walking"], (1, 5), r"subjects: expected some of the training subjects .*, got \(1, 5\)"),
+            ([], TRAIN_SUBJECTS, "actions: expected a sequence of actions"),
+            ("walking", TRAIN_SUBJECTS, "actions: expected a sequence of actions, got 'walking'"),
+            (["walking"], (), "subjects: expected one or more of the training subjects"),
+            (["walking"], (1, 5), r"subjects: expected one or more of the training subjects .*, got \(1, 5\)"),
             (["running"], (1,), "action: expected one of .* got 'running'"),
         ],
     )
@@ -237,7 +239,7 @@ class TestTraining:
             h36m.training_clips(h36m.open_root(made), actions, subjects=subjects)
 
 
-@pytest.mark.filterwarnings("ignore:.*how long it is to be")
+@pytest.mark.filterwarnings("ignore:.*length not checked")
 class TestTestWindows:
     @pytest.mark.parametrize(
         ("windows", "draw", "count"),
@@ -248,7 +250,7 @@ class TestTestWindows:
         ],
     )
     @pytest.mark.parametrize("options", [{}, {"n_seed": 10, "n_target": 25}])
-    def test_they_are_cut_where_the_protocol_says(self, made, windows, draw, count, options):
+    def test_windows_follow_the_protocol(self, made, windows, draw, count, options):
         data = h36m.open_root(made)
         seed, target = h36m.load_test_windows(data, "waiting", windows, **options)
         n_seed, n_target = options.get("n_seed", 50), options.get("n_target", 100)
@@ -271,14 +273,14 @@ class TestTestWindows:
 
 
 class TestLengths:
-    def test_a_clip_that_is_cut_off_is_refused(self, made):
+    def test_a_truncated_clip_is_refused(self, made):
         data = h36m.open_root(made)
         message = r"S5.walking_1.txt: 173 frames at 25 frames per second, expected 1500; test windows depend on"
         for windows in h36m.WINDOWS:
             with pytest.raises(ValueError, match=message):
                 h36m.load_test_windows(data, "walking", windows)
 
-    def test_validation_and_sensitivity_look_at_it_too(self, made):
+    def test_validation_and_sensitivity_check_the_length(self, made):
         pytest.importorskip("torch")
         from npss_baselines.data.human36m import Human36M
         from npss_baselines.evaluation.sensitivity import motion_of
@@ -288,18 +290,18 @@ class TestLengths:
         with pytest.raises(ValueError, match="173 frames at 25 frames per second, expected 1500"):
             Human36M().validation_tasks(made, ["walking"])
 
-    def test_where_it_is_not_known_that_is_said(self, made):
-        message = r"S5.waiting_[12].txt: how long it is to be is not known, so not checked"
-        with pytest.warns(UserWarning, match=message) as said:
+    def test_an_unknown_length_warns(self, made):
+        message = r"S5.waiting_[12].txt: length not checked, because the expected length is unknown"
+        with pytest.warns(UserWarning, match=message) as caught:
             h36m.load_test_clips(h36m.open_root(made), "waiting")
-        assert len(said) == 2
+        assert len(caught) == 2
 
     @pytest.mark.parametrize(("clip", "length"), [(1, 1500), (2, 1261)])
-    def test_one_row_decides(self, monkeypatch, clip, length):
+    def test_one_row_matters(self, monkeypatch, clip, length):
         rows = {f"S5/walking_{i}.txt": np.zeros((n, 99), np.float32) for i, n in enumerate((1500, 1261), 1)}
         monkeypatch.setattr(h36m, "_load", lambda *_: rows)
         data = h36m.H36M(h36m.Path("dataset"))
-        assert [len(one) for one in h36m.load_test_clips(data, "walking")] == [1500, 1261]
+        assert [len(clip) for clip in h36m.load_test_clips(data, "walking")] == [1500, 1261]
         for other in (length - 1, length + 1):
             rows[f"S5/walking_{clip}.txt"] = np.zeros((other, 99), np.float32)
             with pytest.raises(ValueError, match=f"walking_{clip}.txt: {other} frames .*, expected {length};"):
@@ -307,7 +309,7 @@ class TestLengths:
 
 
 class TestHuman36M:
-    def test_the_files_that_are_known_to_be_missing(self, h36m_root):
+    def test_the_known_missing_files(self, h36m_root):
         expected = [f"{subject}/{name}.txt" for subject, names in MISSING.items() for name in names.split()]
         assert h36m.missing(h36m.open_root(h36m_root)) == expected
 
@@ -342,5 +344,5 @@ class TestHuman36M:
             assert (moving.sum(axis=1) == 48).all()
 
     def test_smoking_has_four_training_subjects(self, h36m_root):
-        with pytest.raises(FileNotFoundError, match=r"lacks S7/smoking_1.* of theirs: \(1, 6, 8, 11\)$"):
+        with pytest.raises(FileNotFoundError, match=r"lacks S7/smoking_1.* with all files: \(1, 6, 8, 11\)$"):
             h36m.training_clips(h36m.open_root(h36m_root), ["smoking"])

@@ -1,4 +1,4 @@
-"""The common form of motion: the 20 joints, clips, and what Human3.6M and the generated gait are in it."""
+"""The common form of motion: the 20 joints, clips, and Human3.6M and the generated gait in this form."""
 
 import dataclasses
 
@@ -26,7 +26,7 @@ class TestJoints:
             assert side == {"Lef": "left", "Rig": "right"}.get(name[:3], "centre")
 
     def test_ancestors_are_those_of_human36m_or_where_they_are(self):
-        """The shoulders, which are left out, are where the neck is."""
+        """The shoulders, which are left out, coincide with the neck."""
         for j, parent in JOINTS.bones:
             place = H36M.names.index(NAMES[j])
             while (place := H36M.parents[place]) != H36M.names.index(NAMES[parent]):
@@ -125,7 +125,7 @@ class TestHuman36m:
         assert subjects == ["h36m/S1", "h36m/S1", "h36m/S5", "h36m/S6"]
         assert shares == [0.25, 0.5, 0.75, 1]
 
-    def test_nothing_is_read_before_it_is_asked_for(self, root, tmp_path):
+    def test_clips_are_read_lazily(self, root, tmp_path):
         (tmp_path / "dataset/S1").mkdir(parents=True)
         (tmp_path / "dataset/S1/walking_1.txt").write_text("broken", encoding="utf-8")
         clips = h36m_clips(tmp_path, subjects=[1])
@@ -135,13 +135,13 @@ class TestHuman36m:
     @pytest.mark.parametrize(
         ("error", "subjects", "message"),
         [
-            (ValueError, [2], r"subjects: expected some of \(1, 5, 6, 7, 8, 9, 11\), got 2"),
-            (ValueError, ["S1"], r"subjects: expected some of \(1, 5, 6, 7, 8, 9, 11\), got 'S1'"),
+            (ValueError, [2], r"subjects: expected one or more of \(1, 5, 6, 7, 8, 9, 11\), got 2"),
+            (ValueError, ["S1"], r"subjects: expected one or more of \(1, 5, 6, 7, 8, 9, 11\), got 'S1'"),
             (ValueError, [1, 7], r"subjects: .*dataset has no clips of 7"),
             (TypeError, 1, "subjects: expected a sequence of"),
         ],
     )
-    def test_subjects_that_are_not_there(self, root, error, subjects, message):
+    def test_missing_subjects(self, root, error, subjects, message):
         with pytest.raises(error, match=message):
             h36m_clips(root, subjects=subjects)
 
@@ -170,7 +170,7 @@ class TestSynthetic:
         assert [clip.subject for clip in clips] == [f"synthetic/{i}" for i in range(6)]
         assert {(clip.source, clip.description, clip.fps) for clip in clips} == {("synthetic", "gait", 30)}
 
-    def test_same_seed_same_walks_however_many(self, clips):
+    def test_walks_depend_on_the_seed_alone(self, clips):
         (again, *_), (other, *_) = synthetic_clips(1, 400, seed=3), synthetic_clips(1, 400, seed=4)
         assert np.array_equal(again.positions, clips[0].positions)
         assert not np.allclose(other.positions, clips[0].positions)

@@ -1,4 +1,4 @@
-"""Batches and validation windows: what is drawn, from where, and that no test frame is among it."""
+"""Batches and validation windows: random draws, and no test frames."""
 
 import dataclasses
 from pathlib import Path
@@ -17,7 +17,7 @@ from npss_baselines.data.windows import Batches, TrainingClip, TrainingSet
 
 
 def marked(lengths, n_actions=2):
-    """Clips whose values say where they are from: clip and frame."""
+    """Return clips whose values encode the clip and the frame."""
     clips = []
     for i, length in enumerate(lengths):
         poses = np.zeros((length, 54), np.float32)
@@ -34,7 +34,7 @@ def marked(lengths, n_actions=2):
     seed=st.integers(0, 2**32 - 1),
     iteration=st.integers(0, 10**6),
 )
-def test_windows_lie_in_clips_and_labels_are_theirs(lengths, n_seed, n_target, batch, seed, iteration):
+def test_windows_and_labels_are_those_of_the_clips(lengths, n_seed, n_target, batch, seed, iteration):
     poses, label = Batches(marked(lengths), batch=batch, n_seed=n_seed, n_target=n_target, seed=seed)[iteration]
     n_frames = n_seed + n_target + 1
     assert poses.shape == (batch, n_frames, 54)
@@ -54,7 +54,7 @@ def test_clips_and_first_frames_are_uniform():
     clips, starts = poses[:, 0, 0].astype(int), poses[:, 0, 1].astype(int)
     assert stats.chisquare(np.bincount(clips)).pvalue > 0.001
     for clip, length in enumerate(lengths):
-        # The paper's code: randint(16, T - n_seed - n_target), whose end is excluded.
+        # The paper's code: randint(16, T - n_seed - n_target), which excludes the end.
         counts = np.bincount(starts[clips == clip], minlength=length)
         assert counts[: windows.FIRST].sum() == counts[length - 15 :].sum() == 0
         assert stats.chisquare(counts[windows.FIRST : length - 15]).pvalue > 0.001
@@ -72,7 +72,7 @@ def test_a_batch_is_a_function_of_seed_and_iteration_alone():
 
 
 @pytest.mark.parametrize("length", [0, 1, 26, 27])
-def test_a_clip_that_is_too_short_is_named(length):
+def test_errors_name_a_short_clip(length):
     training_set = marked((60, 60))
     clips = (*training_set.clips[:1], TrainingClip("S6/eating_2.txt", 0, np.zeros((length, 54), np.float32)))
     short = dataclasses.replace(training_set, clips=clips)
@@ -100,7 +100,7 @@ def test_bad_numbers_are_refused(wrong, error, message):
         Batches(marked((60,)), **{"batch": 2, "n_seed": 5, "n_target": 5, "seed": 0} | wrong)
 
 
-def test_synthetic_walkers_to_train_on_are_not_those_to_choose_or_test_by():
+def test_synthetic_sets_share_no_walker():
     training_set = synthetic_training_set()
     (task,) = synthetic_validation()
     assert training_set.actions == (task.action,) == (synthetic_task().action,)
@@ -120,7 +120,7 @@ def test_synthetic_walkers_to_train_on_are_not_those_to_choose_or_test_by():
 
 
 @given(seed=st.integers(0, 10**6))
-def test_normalised_poses_come_back(seed):
+def test_normalised_poses_are_reconstructed(seed):
     statistics = synthetic_training_set(2, 20).normalization
     poses = np.random.default_rng(seed).normal(size=(3, 4, 99))
     back = statistics.unnormalize(statistics.normalize(poses))
@@ -132,7 +132,7 @@ def test_normalised_poses_come_back(seed):
 
 def test_clips_in_which_other_columns_vary_are_refused():
     still = np.zeros((30, 99))
-    with pytest.raises(ValueError, match=r"^clips: 1 columns vary, not the 54 that models take"):
+    with pytest.raises(ValueError, match=r"^clips: 1 columns vary, not the 54 that models read"):
         windows.training_set_of(["a"], [("a_1", "a", still + np.eye(1, 99) * np.arange(30)[:, None])])
 
 
@@ -148,7 +148,7 @@ def test_no_frame_of_a_validation_window_is_in_a_test_window(lengths):
         assert (window.start - windows.FIRST) % windows.STRIDE == 0
         assert window.target.stop <= lengths[window.clip]
         assert not tested & {(window.clip, frame) for frame in range(window.start, window.target.stop)}
-    # Brute force: none of the grid that would do is left out.
+    # Brute force: no valid window of the grid is left out.
     places = {(window.clip, window.start) for window in found}
     for clip, length in enumerate(lengths):
         for start in range(windows.FIRST, length - 149, windows.STRIDE):
@@ -163,7 +163,7 @@ def test_real_training_clips(h36m_root):
         *((f"S1/{action}_{i}.txt", label) for label, action in enumerate(("eating", "walking")) for i in (1, 2)),
     ]
     assert training_set.normalization.columns == COLUMNS
-    # From first principles: numpy's own reading of the text, all rows for the statistics, every second for windows.
+    # From first principles: numpy reads the text; all rows for the statistics, every second row for windows.
     files = [h36m_root / "dataset" / clip.name for clip in training_set.clips]
     rows = [np.loadtxt(file, delimiter=",", dtype=np.float32) for file in files]
     whole = np.concatenate(rows).astype(np.float64)[:, list(COLUMNS)]
@@ -194,7 +194,7 @@ def test_real_validation_windows_share_no_frame_with_test_windows(h36m_root):
         assert {row.tobytes() for row in mine.astype(np.float32)} <= {row.tobytes() for row in clips}
 
 
-def test_an_action_without_room_for_validation_is_named(monkeypatch):
+def test_errors_name_an_action_without_validation_windows(monkeypatch):
     clip = np.zeros((180, 99), np.float32)
     monkeypatch.setattr(Human36M, "test_clips", lambda *_, **__: [clip, clip])
     with pytest.raises(ValueError, match=r"^actions: the test windows of posing leave no room"):
