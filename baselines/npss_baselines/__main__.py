@@ -1,4 +1,4 @@
-"""``npss-baselines``: produce reference numbers."""
+"""The command ``npss-baselines``."""
 
 import sys
 from collections.abc import Sequence
@@ -9,12 +9,12 @@ from npss_baselines.commands.parser import CommandParser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return its exit status."""
+    """Run the command and return its exit status."""
     return run("npss-baselines", _parser, arguments)
 
 
 def _parser() -> CommandParser:
-    parser = CommandParser(prog="npss-baselines", description="Reference predictors and models of human motion.")
+    parser = CommandParser(prog="npss-baselines", description="Train and score reference models of human motion.")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in (evaluate, leaderboard, sensitivity, params, train, predict, manifold):
         command.add_parser(commands)

@@ -1,4 +1,4 @@
-"""The command line of training."""
+"""The options of ``npss-baselines train``."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
 def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     """Read the arguments of ``npss-baselines train``.
 
-    The file, that of ``--config`` or of the run that is resumed, is stronger than the registry's defaults, and the
-    command line is the strongest.
+    The command line overrides the configuration file (of ``--config``, or of the run to resume), which overrides the
+    registry's defaults.
 
     Returns
     -------
     configuration : Configuration
-        What the run is.
+        The configuration of the run.
     options : Namespace
-        What else was said: ``out``, ``seeds``, ``apart``, ``resume``, ``cache``, ``device``, ``tf32``,
+        The other options: ``out``, ``seeds``, ``apart``, ``resume``, ``cache``, ``device``, ``tf32``,
         ``tensorboard``, and the folders of sources.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not one, or not what it should be: says what there is.
+        If an argument is unknown or invalid; the message lists the choices.
     """
     named = arguments and not arguments[0].startswith("-")
     name, rest = (arguments[0], arguments[1:]) if named else (None, arguments)
@@ -49,37 +49,37 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     file = file_of(options)
     if _several(options):
         if file is not None and file == options.out / FILE:
-            raise ValueError(f"--out: {options.out} is a run, not a folder of several")
+            raise ValueError(f"--out: {options.out} is a run, not a folder of runs")
         if options.seeds is not None and any(argument.partition("=")[0] == "--seed" for argument in rest):
-            raise ValueError("--seed: --seeds says which already")
+            raise ValueError("--seed: not allowed with --seeds")
     folders = [source for source in folders_of(options) if source in pose_sources()]
     if file is not None:
         stored, parser = config.read_with_parser(file)
         if name not in (None, stored.name):
-            raise ValueError(f"MODEL: {name!r}, but {file} is of a {stored.name!r}")
+            raise ValueError(f"MODEL: {name!r}, but {file} configures {stored.name!r}")
         config.set_defaults(parser, vars(stored))
         recipe = stored.recipe
     elif name is not None:
         stored, parser, recipe = None, config.parser_of(name), MODELS[name].recipe
         config.set_defaults(parser, {"data": folders[0]} if len(folders) == 1 else {})
     elif options.resume:
-        raise ValueError(f"--resume: no {FILE} in {options.out}; to begin a run there, name MODEL or --config FILE")
+        raise ValueError(f"--resume: no {FILE} in {options.out}; to start a run there, give MODEL or --config FILE")
     else:
-        raise ValueError(f"MODEL: expected one of {', '.join(MODELS)}, or --config FILE")
+        raise ValueError(f"MODEL: expected one of {', '.join(MODELS)}; or give --config FILE")
     if options.iterations is not None:
         recipe = recipe.compressed(options.iterations)
         config.set_defaults(parser, {"recipe": recipe, "validate_every": None, "checkpoint_every": None})
     model = name if stored is None else stored.name
     configuration = config.configuration_of(str(model), parser, lambda: parser.parse_args(rest), also=vars(options))
     if others := [source for source in folders if source != configuration.data]:
-        raise ValueError(f"--{pose_sources()[others[0]].option}: the run is trained on --data {configuration.data}")
+        raise ValueError(f"--{pose_sources()[others[0]].option}: this run trains on --data {configuration.data}")
     if stored is not None and file == options.out / FILE:
         refuse_changes(options.out / FILE, asdict(stored), asdict(configuration))
     return configuration, options
 
 
 def runs_of(configuration: Configuration, options: argparse.Namespace) -> list[tuple[Configuration, Path]]:
-    """Return the runs that are to be trained together, each with its folder: one, unless several were asked for.
+    """Return the runs to train together, each with its folder: one, unless the options ask for several.
 
     Parameters
     ----------
@@ -90,94 +90,94 @@ def runs_of(configuration: Configuration, options: argparse.Namespace) -> list[t
     Raises
     ------
     TypeError, ValueError
-        If seeds are not what they should be, or there are other runs already.
+        If the seeds are invalid, or the folder holds other runs.
     """
     group = (options.out / CHECKPOINT).exists() and not (options.out / FILE).exists()
     if not _several(options):
         if group:
-            raise ValueError(f"--out: {options.out} is a folder of several runs, of --seeds or --apart")
+            raise ValueError(f"--out: {options.out} holds the runs of --seeds or --apart")
         return [(configuration, options.out)]
     if options.apart and configuration.validate_on != configuration.actions:
-        raise ValueError("--validate-on: with --apart, each model is validated on its own action")
+        raise ValueError("--validate-on: not allowed with --apart, which validates each model on its action")
     if options.seeds is not None and len(set(options.seeds)) < len(options.seeds):
-        raise ValueError(f"--seeds: expected each once; got {', '.join(map(str, options.seeds))}")
+        raise ValueError(f"--seeds: expected different seeds, got {', '.join(map(str, options.seeds))}")
     runs = []
     for action in configuration.actions if options.apart else [None]:
         for seed in [None] if options.seeds is None else options.seeds:
-            one, names = configuration, []
+            run, names = configuration, []
             if action is not None:
-                one, names = replace(one, actions=(action,), validate_on=(action,)), [action]
+                run, names = replace(run, actions=(action,), validate_on=(action,)), [action]
             if seed is not None:
-                one, names = replace(one, seed=seed), [*names, f"seed-{seed}"]
-            runs.append((one, options.out / "-".join(names)))
-    for one, out in runs:
+                run, names = replace(run, seed=seed), [*names, f"seed-{seed}"]
+            runs.append((run, options.out / "-".join(names)))
+    for run, out in runs:
         stored = _stored(out, resume=options.resume)
         if stored is not None:
-            refuse_changes(stored, asdict(config.read(stored)), asdict(one))
+            refuse_changes(stored, asdict(config.read(stored)), asdict(run))
         elif group:
-            raise ValueError(f"--out: {options.out} has other runs already, and {out.name} is none of them")
+            raise ValueError(f"--out: {options.out} holds other runs, and {out.name} is not among them")
     return runs
 
 
-def folder_of(options: argparse.Namespace, source: Source, begun: Sequence[Path]) -> tuple[Path | None, Path | None]:
-    """Return where the motion is: where the command line says, or the run, or the environment.
+def folder_of(options: argparse.Namespace, source: Source, runs: Sequence[Path]) -> tuple[Path | None, Path | None]:
+    """Return the folder of the motion, from the command line, the run, or the environment, in this order.
 
     Parameters
     ----------
     options : Namespace
         From `parse`.
     source : Source
-        Of the motion.
-    begun : sequence of Path
-        The folders of the runs that are to be resumed.
+        The source of motion.
+    runs : sequence of Path
+        The folders of the runs to resume.
 
     Returns
     -------
     root : Path or None
         The folder.
     recorded_in : Path or None
-        The configuration that says so, if it is that.
+        The configuration file that names the folder, if one does.
     """
     if source.generated:
         return None, None
-    files = [folder / FILE for folder in begun] or ([] if options.config is None else [options.config])
-    named: Path | None = getattr(options, source.option)
-    if named is None:
+    files = [folder / FILE for folder in runs] or ([] if options.config is None else [options.config])
+    root: Path | None = getattr(options, source.option)
+    if root is None:
         for file in files:
             if source.option in (paths := config.paths_of(file)):
                 return paths[source.option], file
-    return named or from_environment(source), None
+    return root or from_environment(source), None
 
 
-def resuming(options: argparse.Namespace, said: Sequence[str]) -> list[str]:
-    """Return the arguments of ``npss-baselines`` with which a run, or all that are trained together, goes on.
+def resume_arguments(options: argparse.Namespace, arguments: Sequence[str]) -> list[str]:
+    """Return the arguments of ``npss-baselines`` that resume a run, or all runs that are trained together.
 
     Parameters
     ----------
     options : Namespace
         From `parse`.
-    said : sequence of str
-        What was parsed.
+    arguments : sequence of str
+        What `parse` read.
     """
     if _several(options):
-        return ["train", *said, *([] if options.resume else ["--resume"])]
-    return ["train", "--resume", "--out", str(options.out), *not_in_configuration(options)]
+        return ["train", *arguments, *([] if options.resume else ["--resume"])]
+    return ["train", "--resume", "--out", str(options.out), *unrecorded_arguments(options)]
 
 
-def not_in_configuration(options: argparse.Namespace) -> list[str]:
-    """Return what else was said that a run does not remember: on what it is computed, and what is written beside it."""
-    said = [] if options.cache is None else ["--cache", str(options.cache)]
-    said += [] if options.device == "auto" else ["--device", options.device]
-    return said + [f"--{name}" for name in ("tf32", "tensorboard") if getattr(options, name, False)]
+def unrecorded_arguments(options: argparse.Namespace) -> list[str]:
+    """Return the arguments that a run does not record: the cache, the device, and logs."""
+    arguments = [] if options.cache is None else ["--cache", str(options.cache)]
+    arguments += [] if options.device == "auto" else ["--device", options.device]
+    return arguments + [f"--{name}" for name in ("tf32", "tensorboard") if getattr(options, name, False)]
 
 
 def _several(options: argparse.Namespace) -> bool:
-    """Return whether more than one run is asked for, each with a folder in that of the command."""
+    """Return whether the options ask for several runs, each in a folder below ``--out``."""
     return options.seeds is not None or options.apart
 
 
 def _options(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
-    """Read what a configuration does not hold; return the arguments that are left for its parser, too."""
+    """Read the options that a configuration does not hold; also return the remaining arguments."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
     try:
         return _add_options(parser).parse_known_args(arguments)
@@ -186,57 +186,68 @@ def _options(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
 
 
 def _add_options(parser: Parser) -> Parser:
-    """Add what a configuration does not hold."""
-    parser.add_argument("--out", type=Path, metavar="RUN", help="the folder of the run, which is made")
-    parser.add_argument("--config", type=Path, metavar="FILE", help=f"begin with this configuration, a {FILE}")
-    parser.add_argument("--iterations", type=int, metavar="N", help="train for so many, all schedules in proportion")
+    """Add the options that a configuration does not hold."""
+    parser.add_argument("--out", type=Path, metavar="RUN", help="folder of the run, created if missing")
+    parser.add_argument("--config", type=Path, metavar="FILE", help=f"start from this configuration, a {FILE}")
     parser.add_argument(
-        "--seeds", nargs="+", type=int, metavar="SEED", help="train a run for each at once, in folders below --out"
+        "--iterations",
+        type=int,
+        metavar="N",
+        help="number of iterations; compresses all schedules in proportion (default: the recipe's)",
     )
     parser.add_argument(
-        "--apart", action="store_true", help="train a model for each of the actions at once, as --seeds"
+        "--seeds",
+        nargs="+",
+        type=int,
+        metavar="SEED",
+        help="train one run per seed, all at once, in folders below --out",
     )
-    parser.add_argument("--resume", action="store_true", help="go on where the run was cut off, if it had begun")
+    parser.add_argument(
+        "--apart", action="store_true", help="train one model per action, all at once, in folders below --out"
+    )
+    parser.add_argument("--resume", action="store_true", help="resume an interrupted run, or start it")
     add_folder_options(parser, pose_sources().values())
-    parser.add_argument("--cache", type=Path, metavar="DIR", help="keep the files there in binary, to load faster")
+    parser.add_argument(
+        "--cache", type=Path, metavar="DIR", help="cache parsed files in this folder, to load them faster"
+    )
     launch.add_device(parser)
     parser.add_argument(
-        "--tf32", action="store_true", help="on a GPU, round what is multiplied to ten bits: faster, and less exact"
+        "--tf32", action="store_true", help="on a GPU, round factors to ten bits of mantissa: faster, less exact"
     )
     add_plugin(parser)
-    parser.add_argument("--tensorboard", action="store_true", help="write logs for TensorBoard, too")
+    parser.add_argument("--tensorboard", action="store_true", help="also write TensorBoard logs")
     return parser
 
 
 def file_of(options: argparse.Namespace) -> Path | None:
-    """Return the file to begin with, after making sure that no run is overwritten."""
+    """Return the configuration file to start from; refuse to overwrite a run."""
     if options.out is None:
-        raise ValueError("--out RUN names the folder of the run")
-    given: Path | None = options.config
+        raise ValueError("--out RUN is required: the folder of the run")
+    config_file: Path | None = options.config
     stored = _stored(options.out, resume=options.resume)
     if stored is None:
-        return given
+        return config_file
     if (options.out.parent / CHECKPOINT).exists() and not (options.out / CHECKPOINT).exists():
         raise ValueError(
-            f"--resume: {options.out} is one of several runs; name --out {options.out.parent}, as at first"
+            f"--resume: {options.out} is one of several runs; give --out {options.out.parent}, as at the start"
         )
     return stored
 
 
 def _stored(out: Path, *, resume: bool) -> Path | None:
-    """Return the configuration of the run that is there, if any, which is to be resumed."""
+    """Return the configuration file of an existing run, if any; raise unless it is to be resumed."""
     stored = out / FILE
     if not stored.exists():
         return None
     if not resume:
-        raise ValueError(f"--out: there is a run in {out} already; --resume goes on with it")
+        raise ValueError(f"--out: {out} already holds a run; --resume continues it")
     return stored
 
 
-def refuse_changes(file: Path, stored: dict[str, Any], asked: dict[str, Any]) -> None:
-    """Raise if a run was to be resumed with another configuration than is stored in its file."""
-    changed = [name for name, value in asked.items() if value != stored[name]]
+def refuse_changes(file: Path, stored: dict[str, Any], requested: dict[str, Any]) -> None:
+    """Raise if a run is resumed with a configuration that differs from the stored one."""
+    changed = [name for name, value in requested.items() if value != stored[name]]
     if changed:
         raise ValueError(
-            f"--resume: {file} has another value of {', '.join(changed)}; leave it out, or begin a new run"
+            f"--resume: {file} has another value of {', '.join(changed)}; omit the option, or start a new run"
         )

@@ -1,4 +1,4 @@
-"""``npss-baselines evaluate``: score predictors on the test windows of Human3.6M, or on a gait that needs no data."""
+"""``npss-baselines evaluate``: score predictors on test windows."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def add_parser(commands: Any) -> None:
     """Add the command to those of ``npss-baselines``."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "evaluate",
-        help="score predictors on the test windows of Human3.6M",
-        description="Score predictors on test windows, by NPSS under every convention and by the Euler error.",
+        help="score predictors on test windows",
+        description="Score predictors on test windows: NPSS under every convention, and the Euler error.",
     )
     parser.add_argument(
         "models",
         nargs="*",
         metavar="MODEL",
-        help=f"of {', '.join(PREDICTORS)} (all of them if none is named), or the folder of a trained model",
+        help=f"{', '.join(PREDICTORS)}, or the folder of a trained model (default: every predictor named here)",
     )
     add_task_options(parser)
     parser.add_argument(
@@ -39,24 +39,29 @@ def add_parser(commands: Any) -> None:
         type=int,
         default=1,
         metavar="N",
-        help="predictions of a trained model, of which mean and standard deviation are taken (the paper's tables: 30)",
+        help="average a trained model over this number of draws; the paper's tables use 30 (default: %(default)s)",
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the noise of trained models (default: 0)")
+    parser.add_argument(
+        "--seed", type=int, default=0, help="seed for the noise of trained models (default: %(default)s)"
+    )
     parser.add_argument(
         "--unwrap",
         choices=("off", "target", "seed"),
         default="off",
-        help="remove jumps of 2 pi before NPSS: not (default, as published), over the target, or from the seed on",
+        help="jumps of 2 pi to remove before NPSS: none, as published; within the target frames; or from the seed "
+        "frames on (default: %(default)s)",
     )
     add_metrics(parser)
     parser.add_argument(
         "--sequences",
         action="store_true",
-        help="measure each sequence, too, and state its block (JSON): a leaderboard of such records has intervals and "
-        "comparisons",
+        help="also score each sequence and record its block (JSON), for intervals and comparisons in a leaderboard of "
+        "these records",
     )
     parser.add_argument(
-        "--format", choices=("table", "json", "markdown"), help="default: table on a terminal, else json"
+        "--format",
+        choices=("table", "json", "markdown"),
+        help="output format (default: table on a terminal, else json)",
     )
     parser.set_defaults(run=run)
 
@@ -65,14 +70,13 @@ def run(options: argparse.Namespace) -> None:
     """Print the records."""
     models = options.models or list(PREDICTORS)
     if unknown := [model for model in models if model not in PREDICTORS and not is_run(model)]:
-        raise ValueError(f"MODEL: {unknown[0]!r} is not one of {', '.join(PREDICTORS)}, nor the folder of a run")
-    named = by_name(models)
-    to_do = [(name, model, task) for task in tasks_of(options) for name, model in named.items()]
+        raise ValueError(f"MODEL: {unknown[0]!r} is neither one of {', '.join(PREDICTORS)} nor the folder of a run")
+    pairs = [(name, model, task) for task in tasks_of(options) for name, model in by_name(models).items()]
     records = []
     with Progress("evaluating") as progress:
-        for done, (name, model, task) in enumerate(to_do):
-            records.append(_record(name, model, task, options, partial(_tell, progress, done, len(to_do))))
-            progress((done + 1) / len(to_do))
+        for done, (name, model, task) in enumerate(pairs):
+            records.append(_record(name, model, task, options, partial(_show, progress, done, len(pairs))))
+            progress((done + 1) / len(pairs))
     form = options.format or ("table" if sys.stdout.isatty() else "json")
     if form == "json":
         print(json.dumps(records, indent=2))
@@ -81,38 +85,42 @@ def run(options: argparse.Namespace) -> None:
 
 
 def is_run(name: str) -> bool:
-    """Say whether that is the folder of a trained model."""
+    """Return whether a name is the folder of a trained model."""
     return (Path(name) / "config.json").is_file()
 
 
 def by_name(models: Sequence[str]) -> dict[str, str]:
-    """Return predictors by their names, and folders and files by names that tell them apart, from predictors, too.
+    """Return models by name: predictors by their own, folders and files by names that are unique among all.
 
     Raises
     ------
     ValueError
-        If one is there twice.
+        If a model is a duplicate.
     """
-    if twice := [model for model in models if models.count(model) > 1]:
-        raise ValueError(f"MODEL: {twice[0]!r} is there twice")
+    if duplicates := [model for model in models if models.count(model) > 1]:
+        raise ValueError(f"MODEL: duplicate {duplicates[0]!r}")
     paths = names_of_paths((Path(model) for model in models if model not in PREDICTORS), taken=PREDICTORS)
     names = {path: name for name, path in paths.items()}
     return {model if model in PREDICTORS else names[Path(model)]: model for model in models}
 
 
-def _tell(progress: Progress, done: int, n: int, share: float) -> None:
-    """Say that so many of n are done, and a share of the next one."""
+def _show(progress: Progress, done: int, n: int, share: float) -> None:
+    """Show that `done` of `n` are done, and a share of the next."""
     progress((done + share) / n)
 
 
 def _record(
     name: str, model: str, task: Task, options: argparse.Namespace, progress: Callable[[float], None]
 ) -> Record:
-    measured: dict[str, Any] = {"metrics": options.metrics, "unwrapped": options.unwrap, "sequences": options.sequences}
+    measurements: dict[str, Any] = {
+        "metrics": options.metrics,
+        "unwrapped": options.unwrap,
+        "sequences": options.sequences,
+    }
     if model in PREDICTORS:
-        return evaluate(name, PREDICTORS[model], task, **measured)
+        return evaluate(name, PREDICTORS[model], task, **measurements)
     from npss_baselines.evaluation.draws import evaluate_run  # imports torch, which predictors do not need
 
     return evaluate_run(
-        Path(model), task, name=name, draws=options.draws, seed=options.seed, progress=progress, **measured
+        Path(model), task, name=name, draws=options.draws, seed=options.seed, progress=progress, **measurements
     )

@@ -1,4 +1,4 @@
-"""Rank predictors and prediction files on the same windows: a leaderboard, and a page that shows it all."""
+"""``npss-baselines leaderboard``: rank predictors and prediction files on the same windows."""
 
 from __future__ import annotations
 
@@ -16,9 +16,8 @@ from npss_baselines.commands.sources import add_task_options, tasks_of
 from npss_baselines.data.tasks import Task
 
 _DESCRIPTION = """\
-Rank predictors, and models of which there are prediction files, on the same test windows: Euler error and NPSS with
-intervals, and marks where a difference is more than chance. Needs pandas; the page needs matplotlib, too
-(extras pandas and plot of npss-metric).
+Rank predictors and prediction files on the same test windows: Euler error and NPSS with intervals, and marks on
+differences beyond chance. Needs pandas; --report also needs matplotlib (extras pandas and plot of npss-metric).
 """
 
 
@@ -31,25 +30,23 @@ def add_parser(commands: Any) -> None:
         "models",
         nargs="*",
         metavar="MODEL",
-        help=f"of {', '.join(PREDICTORS)} (all of them if none is named), a file of samples "
-        f"({listed('samples')}), or the folder of a trained model",
+        help=f"{', '.join(PREDICTORS)}, a file of samples ({listed('samples')}), or the folder of a trained model "
+        "(default: every predictor named here)",
     )
     add_task_options(parser)
     add_leaderboard_options(parser)
     add_metrics(parser)
-    parser.add_argument(
-        "--manifold", type=Path, metavar="RUN", help="measure G, of --metrics, by the manifold in this folder"
-    )
-    parser.add_argument("--report", type=Path, metavar="FILE", help="write a page (HTML) with all there is to see")
+    parser.add_argument("--manifold", type=Path, metavar="RUN", help="folder of the manifold that measures --metrics G")
+    parser.add_argument("--report", type=Path, metavar="FILE", help="write a full report, an HTML page")
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Write the page, and print the leaderboard."""
+    """Print the leaderboard; write the report if requested."""
     if options.report:
         check_output(options.report, map(Path, options.models))
     if bool({"g", "G"} & {*options.metrics}) != (options.manifold is not None):
-        raise ValueError("--manifold RUN names the manifold of --metrics G: give both, or neither")
+        raise ValueError("--manifold RUN: the manifold for --metrics G; give both or neither")
     tasks = list(tasks_of(options))
     submissions = submit(options.models or list(PREDICTORS), tasks, max_size=options.max_size)
     groups = {task.action: task.groups for task in tasks}
@@ -63,40 +60,40 @@ def run(options: argparse.Namespace) -> None:
 
 
 def submit(models: list[str], tasks: list[Task], *, max_size: float = MAX_SIZE) -> dict[str, dict[str, Pair]]:
-    """Let predictors and trained models predict, and read what others have predicted, of the same windows."""
+    """Predict the windows with predictors and trained models, and read the files of other predictions."""
     if unknown := [m for m in models if m not in PREDICTORS and not is_run(m) and not Path(m).suffix]:
         raise ValueError(
-            f"MODEL: {unknown[0]!r} is not one of {', '.join(PREDICTORS)}, nor a file, nor the folder of a run"
+            f"MODEL: {unknown[0]!r} is neither one of {', '.join(PREDICTORS)}, nor a file, nor the folder of a run"
         )
-    several = ([m] if m in PREDICTORS or is_run(m) else map(str, sample_files([Path(m)])) for m in models)
-    named = by_name([model for each in several for model in each])
-    asked = [task.action for task in tasks]
-    found: dict[str, dict[str, Pair]] = {}
+    groups = ([m] if m in PREDICTORS or is_run(m) else map(str, sample_files([Path(m)])) for m in models)
+    named = by_name([model for group in groups for model in group])
+    actions = [task.action for task in tasks]
+    submissions: dict[str, dict[str, Pair]] = {}
     for name, model in named.items():
         if model in PREDICTORS:
-            found[name] = {task.action: _predicted(PREDICTORS[model], task) for task in tasks}
+            submissions[name] = {task.action: _predicted(PREDICTORS[model], task) for task in tasks}
         elif is_run(model):
             from npss_baselines.runs import folder  # imports torch, which predictors do not need
 
             trained = folder.load(Path(model))
-            found[name] = {
+            submissions[name] = {
                 task.action: _predicted(trained.predictor(task.action, seed=0), task)
                 for task in tasks
                 if task.action in trained.configuration.actions
             }
         else:
-            of_file = read_actions(Path(model), max_size=max_size)
-            found[name] = {action: pair for action, pair in of_file.items() if action in asked}
-    if without := [name for name, pairs in found.items() if not pairs]:
-        raise ValueError(f"MODEL: {without[0]!r} has none of the actions asked for, {', '.join(asked)}")
+            contents = read_actions(Path(model), max_size=max_size)
+            submissions[name] = {action: pair for action, pair in contents.items() if action in actions}
+    if empty := [name for name, pairs in submissions.items() if not pairs]:
+        raise ValueError(f"MODEL: {empty[0]!r} has none of the actions {', '.join(actions)}")
     truth = {task.action: Pair(task.action, task.target, task.target) for task in tasks}
-    check_truths({"the test windows": truth, **found})
-    return found
+    check_truths({"the test windows": truth, **submissions})
+    return submissions
 
 
 def _register_g(manifold: Path) -> None:
-    """Make the distance G by the manifold in that folder a metric."""
-    # They import torch, which predictors do not need.
+    """Register the distance G by a manifold as a metric."""
+    # These import torch, which predictors do not need.
     from npss_baselines.manifold.applications.distance import metric_of
     from npss_baselines.manifold.training.folder import load
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _RESTORE = {
     "project": "uncorrupted windows",
-    "repair": "windows with half of the values lost at random",
+    "repair": "windows that lost each value with probability .5",
     "kinect": "windows from a simulated depth camera: jitter, drop-outs, an occluded limb",
     "fill": "windows without right wrist and hand",
     "inbetween": "windows of stepped keys: every 15th frame, held",
@@ -37,8 +37,8 @@ def add_parser(commands: Any) -> None:
         description="Apply a trained motion manifold, from `npss-baselines train manifold`.",
     )
     applications = parser.add_subparsers(title="applications", required=True, metavar="APPLICATION")
-    for application, what in _RESTORE.items():
-        restore = _add(applications, application, f"restore {what}", run_restoration)
+    for application, windows in _RESTORE.items():
+        restore = _add(applications, application, f"restore {windows}", run_restoration)
         restore.add_argument("--clip", metavar="CLIP", help="clip of a held-out subject to draw (default: the first)")
         restore.set_defaults(application=application)
     interpolate = _add(applications, "interpolate", "interpolate two motions in the hidden space", run_interpolation)
@@ -64,17 +64,17 @@ def add_parser(commands: Any) -> None:
     nearest.add_argument("--clip", metavar="CLIP", help="list the clips nearest to this clip")
     nearest.add_argument("-n", type=int, default=5, metavar="N", help="number of clips to list (default: %(default)s)")
     table = _add(applications, "table", "measure all applications", run_table, several=True)
-    table.add_argument("--pictures", type=Path, metavar="DIR", help="draw all pictures into this folder, too")
+    table.add_argument("--pictures", type=Path, metavar="DIR", help="also write every picture to this folder")
 
 
-def _add(applications: Any, name: str, what: str, run: Any, *, several: bool = False) -> argparse.ArgumentParser:
+def _add(applications: Any, name: str, summary: str, run: Any, *, several: bool = False) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = applications.add_parser(
-        name, help=what, description=what[0].upper() + what[1:] + "."
+        name, help=summary, description=f"{summary[0].upper()}{summary[1:]}."
     )
-    parser.add_argument("runs", nargs="+" if several else 1, type=Path, metavar="RUN", help="run folder")
+    parser.add_argument("runs", nargs="+" if several else 1, type=Path, metavar="RUN", help="folder of a run")
     add_folder_options(parser, SOURCES.values(), environment=False)
     parser.add_argument(
-        "--cache", type=Path, metavar="DIR", help="keep prepared motion in this folder, to load faster next time"
+        "--cache", type=Path, metavar="DIR", help="cache prepared motion in this folder, to load it faster"
     )
     parser.add_argument("--quick", action="store_true", help="use a small part of the data, to try things out")
     parser.add_argument("--seed", type=int, default=0, help="seed of all random choices (default: %(default)s)")
@@ -85,7 +85,7 @@ def _add(applications: Any, name: str, what: str, run: Any, *, several: bool = F
     )
     if not several:
         parser.add_argument(
-            "-o", "--output", type=Path, metavar="PICTURE", help="draw a picture, too, as .svg, .pdf or .png"
+            "-o", "--output", type=Path, metavar="PICTURE", help="also write a picture (.svg, .pdf or .png)"
         )
     parser.set_defaults(run=run, extra="manifold")
     return parser

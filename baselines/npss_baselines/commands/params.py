@@ -1,4 +1,4 @@
-"""Count the parameters of the models, beside the published counts."""
+"""``npss-baselines params``: count the models' parameters."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from typing import Any
 
 from npss.console import table
 
-#: Width of the label, where it is not that of a single action, which the published counts are for.
+#: Width of the label, for models whose published count is of more than one action.
 _ACTIONS = {"mbr-sup": 15}
 
 
 def records() -> list[dict[str, Any]]:
-    """Count what is trained in each model; VTLN models have two Body cells, as coded and as printed.
+    """Count the trained parameters of each model; VTLN models with either Body cell, as coded and as printed.
 
     Returns
     -------
     list of dict
-        ``model``, ``cell``, ``actions`` (the width of the label), ``parameters``, ``published`` (None if it is not).
+        ``model``, ``cell``, ``actions`` (the width of the label), ``parameters``, ``published`` (None if unpublished).
 
     Examples
     --------
     >>> [record["parameters"] for record in records() if record["model"] in ("erd", "lstm-3lr")]
     [14842054, 20282054]
     """
-    # Imported where it is used: the other commands need no torch.
+    # Imported here: other commands need no torch.
     import torch
 
     from npss_baselines.models import MODELS
     from npss_baselines.models.vtln import VTLNConfig
 
-    found = []
+    counts = []
     for name, spec in MODELS.items():
         if isinstance(spec.config, VTLNConfig):
             variants = [(cell, replace(spec.config, cell=cell)) for cell in ("code", "text")]
@@ -44,10 +44,10 @@ def records() -> list[dict[str, Any]]:
             with torch.device("meta"):  # shapes without values
                 model = spec.build(config, n_actions)
             n = sum(parameter.numel() for parameter in model.parameters() if parameter.requires_grad)
-            found.append(
+            counts.append(
                 {"model": name, "cell": cell, "actions": n_actions, "parameters": n, "published": spec.published}
             )
-    return found
+    return counts
 
 
 def add_parser(commands: Any) -> None:
@@ -55,9 +55,11 @@ def add_parser(commands: Any) -> None:
     parser: argparse.ArgumentParser = commands.add_parser(
         "params",
         help="count the models' parameters",
-        description="Count the parameters of the models beside those of the NPSS paper's Table 1.",
+        description="Count the models' parameters, beside the counts in Table 1 of the NPSS paper.",
     )
-    parser.add_argument("--format", choices=("table", "json"), help="default: table on a terminal, else json")
+    parser.add_argument(
+        "--format", choices=("table", "json"), help="output format (default: table on a terminal, else json)"
+    )
     parser.set_defaults(run=run)
 
 

@@ -1,4 +1,4 @@
-"""The parser of the commands."""
+"""The parser of the commands of ``npss-baselines``."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from npss.console import Parser
 
 
 class CommandParser(Parser):
-    """A parser of which a subcommand may read its arguments itself.
+    """A parser whose subcommands may read their own arguments.
 
     Parameters
     ----------
     forward : bool
-        Leave all arguments, in ``arguments``, to the command: which options it has depends on them.
+        Leave all arguments to the command, in ``arguments``: its options depend on them.
     **options
         As of `argparse.ArgumentParser`.
     """

@@ -1,4 +1,4 @@
-"""Let a trained model predict the test windows, into a file of samples as the field's code writes them."""
+"""``npss-baselines predict``: write a trained model's predictions in the layout of the field's code."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from npss.validation import Array
 from npss_baselines.commands.sources import add_task_options, pose_source_of
 
 _DESCRIPTION = """\
-Let a trained model predict the test windows. The file holds expmap/gt/ACTION_i and expmap/preds/ACTION_i, exponential
-maps at 25 frames per second, and the Euler error mean_ACTION_error: `npss score`, `npss leaderboard` and `npss report`
-read it.
+Write a trained model's predictions of the test windows to a file. It holds exponential maps at 25 frames per second,
+expmap/gt/ACTION_i and expmap/preds/ACTION_i, and the Euler error, mean_ACTION_error. `npss score`, `npss leaderboard`
+and `npss report` read it.
 """
 
 
@@ -23,20 +23,20 @@ def add_parser(commands: Any) -> None:
     parser: argparse.ArgumentParser = commands.add_parser(
         "predict", help="write a trained model's predictions to a file", description=_DESCRIPTION
     )
-    parser.add_argument("folder", type=Path, metavar="RUN", help="the folder of the run")
+    parser.add_argument("folder", type=Path, metavar="RUN", help="folder of the run")
     add_task_options(parser)
-    parser.add_argument("--out", type=Path, metavar="FILE", required=True, help=listed("write"))
-    parser.add_argument("--seed", type=int, default=0, help="of the noise of models that have some (default: 0)")
+    parser.add_argument("--out", type=Path, metavar="FILE", required=True, help=f"file to write, {listed('write')}")
+    parser.add_argument("--seed", type=int, default=0, help="seed for the model's noise, if any (default: %(default)s)")
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Predict, and write the file."""
+    """Predict and write the file."""
     if options.out.suffix not in suffixes("write"):
         raise ValueError(f"--out: expected a {listed('write')} file, got {options.out}")
     check_output(options.out)
 
-    from npss_baselines.runs import folder  # torch and the like: the other commands need none of it
+    from npss_baselines.runs import folder  # imports torch, which other commands do not need
 
     trained = folder.load(options.folder)
     configuration = trained.configuration
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> None:
     for task in source.tasks(data, actions, options.windows, cache=options.cache):
         predicted = trained.predictor(task.action, seed=options.seed)(task.seed_frames, task.target.shape[1])
         for kind, poses in (("gt", task.target), ("preds", predicted)):
-            arrays |= {f"expmap/{kind}/{task.action}_{i}": one for i, one in enumerate(poses)}
+            arrays |= {f"expmap/{kind}/{task.action}_{i}": sequence for i, sequence in enumerate(poses)}
         errors = euler_error_curve(poses_to_euler(task.target), poses_to_euler(predicted))
         arrays[f"mean_{task.action}_error"] = errors
     write_samples(options.out, arrays)

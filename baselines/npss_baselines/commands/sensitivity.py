@@ -1,4 +1,4 @@
-"""Distort walking, and see which metric minds."""
+"""``npss-baselines sensitivity``: show how each metric responds to distortions of motion."""
 
 from __future__ import annotations
 
@@ -19,22 +19,28 @@ def add_parser(commands: Any) -> None:
     """Add the command to those of ``npss-baselines``."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "sensitivity",
-        help="distort walking, and see which metric minds",
-        description="Measure walking that is distorted in time and space, by NPSS under every convention and by the "
-        "Euler error (mean over all frames).",
+        help="show how each metric responds to distortions of motion",
+        description="Distort walking in time and space, and score it: NPSS under every convention, and the Euler error "
+        "(averaged over all frames).",
     )
     add_pose_source(parser)
     parser.add_argument(
-        "--format", choices=("table", "json", "markdown"), help="default: table on a terminal, else json"
+        "--format",
+        choices=("table", "json", "markdown"),
+        help="output format (default: table on a terminal, else json)",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="PICTURE", help="draw it, too, as .svg, .pdf or .png; needs matplotlib"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="PICTURE",
+        help="also write a picture (.svg, .pdf or .png); needs matplotlib",
     )
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Print the records, and draw them if asked to."""
+    """Print the records; draw them if requested."""
     if options.output:
         check_output(options.output)
     records = study(motion_of(*pose_source_of(options)))

@@ -1,4 +1,4 @@
-"""The options that name a source of motion, and what is to be predicted of it: those that registered sources have."""
+"""The options that choose a source of motion and the tasks to predict, for every registered source."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from npss_baselines.data.tasks import Task
 def add_folder_options(
     parser: argparse._ActionsContainer, sources: Iterable[Source], *, environment: bool = True
 ) -> None:
-    """Add an option for the folder of each source that has one, which is by default that of its environment variable.
+    """Add an option for the folder of each source that has one.
 
-    Without `environment`, it has no default.
+    Its default is the source's environment variable; without `environment`, it has none.
     """
     for source in sources:
         if not source.generated:
@@ -28,19 +28,19 @@ def add_folder_options(
 
 
 def folders_of(options: argparse.Namespace) -> dict[str, Path]:
-    """Return the folders that options name, by the names of their sources."""
+    """Return the folders in the options, by the names of their sources."""
     folders = {name: getattr(options, source.option, None) for name, source in SOURCES.items() if not source.generated}
     return {name: folder for name, folder in folders.items() if folder is not None}
 
 
 def from_environment(source: Source) -> Path | None:
-    """Return the folder that the environment variable of a source names."""
-    named = os.environ.get(source.environment) if source.environment else None
-    return Path(named) if named else None
+    """Return the folder in a source's environment variable, if set."""
+    folder = os.environ.get(source.environment) if source.environment else None
+    return Path(folder) if folder else None
 
 
 def add_pose_source(parser: argparse.ArgumentParser) -> None:
-    """Add the options of sources that models can predict, of which one is chosen."""
+    """Add the options that choose one of the sources that models can predict."""
     sources = pose_sources().values()
     group = parser.add_mutually_exclusive_group()
     add_folder_options(group, sources)
@@ -50,60 +50,64 @@ def add_pose_source(parser: argparse.ArgumentParser) -> None:
 
 
 def pose_source_of(options: argparse.Namespace, default: str | None = None) -> tuple[PoseSource, Path]:
-    """Return the source that an option names, and its folder.
+    """Return the source that an option chooses, and its folder.
 
     Parameters
     ----------
     options : Namespace
-        As `add_pose_source` has added them.
+        With those of `add_pose_source`.
     default : str, optional
-        The source where no option names one; by default, the first whose environment variable is set.
+        The source if no option chooses one; by default, the first whose environment variable is set.
 
     Raises
     ------
     ValueError
-        If none is named: lists the options.
+        If no source is chosen; lists the options.
     """
     sources = pose_sources()
     for source in sources.values():
-        if named := getattr(options, source.option):
-            return source, Path() if source.generated else named
+        if folder := getattr(options, source.option):
+            return source, Path() if source.generated else folder
     for source in sources.values() if default is None else [sources[default]]:
         if default is not None and source.generated:
             return source, Path()
-        if (folder := from_environment(source)) is not None:
-            return source, folder
+        if (root := from_environment(source)) is not None:
+            return source, root
     raise ValueError(needs(sources.values()))
 
 
 def needs(sources: Iterable[Source], generated: str = "--") -> str:
-    """Say which options name motion; those of generated motion begin with `generated`."""
-    return "; ".join(
-        f"{generated}{source.option} is {source.description}"
-        if source.generated
-        else f"--{source.option} DIR names {source.description}"
+    """Return an error text that lists the options for motion; `generated` is the prefix for generated motion."""
+    options = (
+        f"{generated}{source.option}" if source.generated else f"--{source.option} DIR ({source.description})"
         for source in sources
     )
+    return f"no source of motion: give {' or '.join(options)}"
 
 
 def add_task_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say what there is to predict."""
+    """Add the options that choose the tasks to predict."""
     sources = pose_sources().values()
     add_pose_source(parser)
     parser.add_argument(
-        "--cache", type=Path, metavar="DIR", help="keep the files there in binary, to load faster next time"
+        "--cache", type=Path, metavar="DIR", help="cache parsed files in this folder, to load them faster"
     )
     defaults = "; ".join(f"{source.name}: {' '.join(source.default_actions)}" for source in sources)
-    parser.add_argument("--actions", nargs="+", metavar="ACTION", help=f"default: {defaults}; models come first")
+    parser.add_argument(
+        "--actions",
+        nargs="+",
+        metavar="ACTION",
+        help=f"actions to predict, given after the models (default: {defaults})",
+    )
     parser.add_argument(
         "--windows",
         choices=[protocol for source in sources for protocol in source.protocols],
-        help="of Human3.6M, the eight windows of published tables (default), the same one frame later, or 256 random "
-        "ones; of each source, by default the first of its own",
+        help="test windows; for Human3.6M, the eight of published tables, the same one frame later, or 256 at random "
+        "(default: the source's first)",
     )
 
 
 def tasks_of(options: argparse.Namespace) -> Iterator[Task]:
-    """Return the tasks that the options ask for."""
+    """Return the tasks that the options choose."""
     source, folder = pose_source_of(options)
     return source.tasks(folder, options.actions or (), options.windows, cache=options.cache)

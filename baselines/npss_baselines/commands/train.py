@@ -1,4 +1,4 @@
-"""Train a model on Human3.6M, or on a gait that needs no data."""
+"""``npss-baselines train``: train a model."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 def add_parser(commands: Any) -> None:
     """Add the command to those of ``npss-baselines``."""
-    # Which options there are depends on the model.
+    # The options depend on the model.
     parser: argparse.ArgumentParser = commands.add_parser("train", help="train a model", add_help=False, forward=True)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Train, and say what has come of it."""
-    # Imported where they are used: the other commands need no torch.
+    """Train, and print the result."""
+    # Imported here: other commands need no torch.
     if options.arguments[:1] == ["manifold"]:
         options.extra = "manifold"
         from npss_baselines.commands import train_manifold
@@ -36,42 +36,42 @@ def run(options: argparse.Namespace) -> None:
     from npss_baselines.runs import config, launch, weights
     from npss_baselines.training import trainer, validation
 
-    said = options.arguments
-    configuration, options = arguments.parse(said)
+    command = options.arguments
+    configuration, options = arguments.parse(command)
     device = launch.device_of(options.device, tf32=options.tf32)
-    several = arguments.runs_of(configuration, options)
-    folders = [out for _, out in several]
-    before = launch.begun(folders)
+    runs = arguments.runs_of(configuration, options)
+    folders = [out for _, out in runs]
+    before = launch.existing_runs(folders)
     source = configuration.source
     root, recorded_in = arguments.folder_of(options, source, before)
-    together, read = [], {}
-    for one, out in several:
-        if one.actions not in read:
-            with launch.moved(source.option, root, recorded_in):
-                read[one.actions] = data_of(one, root, options.cache)
-        together.append((one, *read[one.actions], out))
+    together, data = [], {}
+    for run, out in runs:
+        if run.actions not in data:
+            with launch.explain_missing_data(source.option, root, recorded_in):
+                data[run.actions] = data_of(run, root, options.cache)
+        together.append((run, *data[run.actions], out))
     paths = {} if root is None else {source.option: root}
     with (
-        launch.going_on(folders, arguments.resuming(options, said)),
-        launch.folders_alone(options.out, folders, before),
+        launch.explain_resuming(folders, arguments.resume_arguments(options, command)),
+        launch.exclusive_folders(options.out, folders, before),
     ):
-        for one, _, _, out in together:
-            made_on = f"{device}, tf32" if options.tf32 else device
-            config.write(out / config.FILE, one, made_on, paths, config.plugins_of(one))
+        for run, _, _, out in together:
+            described = f"{device}, tf32" if options.tf32 else device
+            config.write(out / config.FILE, run, described, paths, config.plugins_of(run))
         rows = trainer.train_together(
             together, options.out, device=device, tf32=options.tf32, tensorboard=options.tensorboard
         )
-    for (one, _, tasks, out), of_run in zip(together, rows, strict=True):
-        kept = validation.best(of_run, one.select)
+    for (run, _, tasks, out), measured in zip(together, rows, strict=True):
+        kept = validation.best(measured, run.select)
         print(
-            f"{out / weights.FILE}: the weights of iteration {kept['iteration']:.0f} of {of_run[-1]['iteration']:.0f}, "
-            f"on validation windows NPSS {kept['npss_released']:.4f} (released) and {kept['npss_paper']:.4f} (paper)"
+            f"{out / weights.FILE}: weights of iteration {kept['iteration']:.0f} of {measured[-1]['iteration']:.0f}, "
+            f"validation NPSS {kept['npss_released']:.4f} (released) and {kept['npss_paper']:.4f} (paper)"
         )
         print(f"    {validation.signature(tasks)}")
 
 
 def data_of(configuration: Configuration, root: Path | None, cache: Path | None) -> tuple[TrainingSet, Sequence[Task]]:
-    """Return what a run is trained on, and the windows by which its weights are chosen."""
+    """Return the training set and the validation tasks of a run."""
     source = configuration.source
     if root is None and not source.generated:
         raise ValueError(needs([source, *(other for other in pose_sources().values() if other.generated)], "--data "))

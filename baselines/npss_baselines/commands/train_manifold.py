@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from npss.console import add_plugin
-from npss_baselines.commands.arguments import file_of, not_in_configuration, refuse_changes
+from npss_baselines.commands.arguments import file_of, refuse_changes, unrecorded_arguments
 from npss_baselines.commands.sources import add_folder_options, folders_of
 from npss_baselines.data import SOURCES
 from npss_baselines.manifold.model.projector import Projector
@@ -43,11 +43,11 @@ def run(arguments: Sequence[str]) -> None:
     """
     configuration, options = parse(arguments)
     device = launch.device_of(options.device)
-    before = launch.begun([options.out])
+    before = launch.existing_runs([options.out])
     folders, recorded_in = _folders(options)
     with ExitStack() as stack:
         for name, root in folders.items():
-            stack.enter_context(launch.moved(SOURCES[name].option, root, recorded_in.get(name)))
+            stack.enter_context(launch.explain_missing_data(SOURCES[name].option, root, recorded_in.get(name)))
         motion = motion_set(folders, cache=options.cache, quick=configuration.quick)
     training_set, validation_set, test_set = split(motion)
     data = config.data_of(training_set)
@@ -62,8 +62,8 @@ def run(arguments: Sequence[str]) -> None:
         f"{len(validation_set.windows)} windows of {', '.join(subjects_of(validation_set))}",
         flush=True,
     )
-    resuming = ["train", "manifold", "--resume", "--out", str(options.out), *not_in_configuration(options)]
-    with launch.going_on([options.out], resuming), launch.folders_alone(options.out, [options.out], before):
+    command = ["train", "manifold", "--resume", "--out", str(options.out), *unrecorded_arguments(options)]
+    with launch.explain_resuming([options.out], command), launch.exclusive_folders(options.out, [options.out], before):
         paths = {SOURCES[name].option: root for name, root in folders.items()}
         plugins = {SOURCES.plugin(name) for name in folders} - {None}
         config.write(options.out / FILE, configuration, device, paths, sorted(map(str, plugins)))
@@ -152,19 +152,19 @@ def _described(data: config.Data) -> str:
 
 def _add_options(parser: Parser) -> Parser:
     """Add the options that are not fields of the configuration."""
-    parser.add_argument("--out", type=Path, metavar="RUN", help="run folder to create")
+    parser.add_argument("--out", type=Path, metavar="RUN", help="folder of the run, created if missing")
     add_folder_options(parser, SOURCES.values(), environment=False)
     parser.add_argument(
-        "--cache", type=Path, metavar="DIR", help="keep prepared motion in this folder, to load faster next time"
+        "--cache", type=Path, metavar="DIR", help="cache prepared motion in this folder, to load it faster"
     )
     parser.add_argument(
         "--quick", action="store_true", help="use a small part of the data and few epochs, to try things out"
     )
     parser.add_argument("--recipe", choices=tuple(RECIPES), help="settings to start from (default: default)")
-    parser.add_argument("--depth", type=int, choices=(1, 2, 3), help="number of layers to train")
-    parser.add_argument("--config", type=Path, metavar="FILE", help=f"{FILE} to start from")
-    parser.add_argument("--resume", action="store_true", help="resume an interrupted run, if it has begun")
+    parser.add_argument("--depth", type=int, choices=(1, 2, 3), help="number of layers to train (default: 3)")
+    parser.add_argument("--config", type=Path, metavar="FILE", help=f"start from this configuration, a {FILE}")
+    parser.add_argument("--resume", action="store_true", help="resume an interrupted run, or start it")
     launch.add_device(parser)
     add_plugin(parser)
-    parser.add_argument("--tensorboard", action="store_true", help="write TensorBoard logs, too")
+    parser.add_argument("--tensorboard", action="store_true", help="also write TensorBoard logs")
     return parser

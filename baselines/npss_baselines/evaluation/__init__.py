@@ -1,1 +1,1 @@
-"""Predictors and models, measured."""
+"""Evaluation of predictors and models."""

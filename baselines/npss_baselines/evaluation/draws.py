@@ -1,4 +1,4 @@
-"""Evaluate trained models, over several draws of the noise of those that have some."""
+"""Evaluate trained models, over several draws of their noise."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ def evaluate_run(
     task : Task
         The windows.
     name : str, optional
-        What the record calls the model; by default the name of the folder.
+        The name of the model in the record; by default, the name of the folder.
     draws : int, optional
-        How often the model predicts, each time with new noise; the NPSS paper's tables are of 30.
+        Number of predictions, each with new noise; the NPSS paper's tables use 30.
     seed : int or numpy.random.Generator, optional
-        Of the noise.
+        Source of the noise.
     progress : callable, optional
-        Called with the share of the draws that are done.
+        Called with the share of draws done.
     **options
-        Of `evaluate`.
+        Options of `evaluate`.
 
     Returns
     -------
     dict
-        As of `evaluate`. Of more draws than one, all numbers are means over draws, ``std`` holds their standard
-        deviations (of the draws: divided by their number), and the signatures have a field ``draws``.
+        As for `evaluate`. With several draws, numbers are averages over draws, ``std`` holds the standard deviations
+        (divided by the number of draws, not one less), and signatures have a field ``draws``.
 
     Raises
     ------
@@ -58,17 +58,17 @@ def evaluate_run(
     """
     positive_integer("draws", draws)
     predictor = folder.predictor_of(path, task.action, seed=seed)
-    called = path.resolve().name if name is None else name
+    name = path.resolve().name if name is None else name
     records = []
     for done in range(1, draws + 1):
-        records.append(evaluate(called, predictor, task, **options))
+        records.append(evaluate(name, predictor, task, **options))
         if progress is not None:
             progress(done / draws)
     return records[0] if draws == 1 else over_draws(records)
 
 
 def over_draws(records: Sequence[Record]) -> Record:
-    """Return the record of the means over records of the same model and task.
+    """Average records of the same model and task over draws.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def over_draws(records: Sequence[Record]) -> Record:
 
 
 def _over(values: Sequence[Any], statistic: Any) -> Any:
-    """Apply a statistic to the numbers in nested dictionaries and lists; text and whole numbers are the same in all."""
+    """Apply a statistic to the numbers in nested dictionaries and lists; keep equal text and integers."""
     first = values[0]
     if isinstance(first, dict):
         return {name: _over([value[name] for value in values], statistic) for name in first}

@@ -21,28 +21,28 @@ def evaluate(
     unwrapped: Unwrapped = "off",
     sequences: bool = False,
 ) -> Record:
-    """Measure a predictor on a task: the record of ``npss.score`` and its relatives, under every convention.
+    """Measure a predictor on a task: NPSS under every convention, and the Euler error.
 
     Parameters
     ----------
     name : str
-        What the record calls the model.
+        The name of the model in the record.
     predictor : callable
         ``predictor(seed_frames, n_target)``.
     task : Task
         The windows.
     metrics : sequence of str, optional
-        Other metrics, by the names under which they are registered: see `npss.metrics`.
+        Names of other registered metrics: see `npss.metrics`.
     unwrapped : {'off', 'target', 'seed'}, optional
-        Jumps of 2 pi removed before NPSS: never, over the target, or from the seed on.
+        Jumps of 2 pi to remove before NPSS: none, within the target frames, or from the seed frames on.
     sequences : bool, optional
-        Measure each sequence, too.
+        Whether to measure each sequence, too.
 
     Returns
     -------
     dict
         ``model``, ``action``, ``euler_error``, ``npss``, ``npss_windows``, ``signature`` and ``signatures``;
-        ``metrics`` and ``sequences`` if asked for.
+        ``metrics`` and ``sequences`` if requested.
     """
     gt = poses_to_euler(task.target)
     pred = predictor(task.seed_frames, task.target.shape[1])

@@ -1,4 +1,4 @@
-"""How the Euler error and NPSS answer when the "prediction" is the ground truth, distorted."""
+"""Sensitivity of the Euler error and NPSS to distortions of the ground truth."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ SKIP_EVERY = (20, 10, 5, 4, 3)
 SHIFTS = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
 NOISE = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3)
 OFFSETS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
-_STRIDE_S = (0.8, 1.8)  # how long a stride may last: half a stride, which looks much the same, is shorter
+_STRIDE_S = (0.8, 1.8)  # range of a stride's duration: longer than half a stride, which looks similar
 
 
 class Motion(NamedTuple):
-    """The test windows, each with the clip it was cut from, so that there is motion beyond its end."""
+    """The test windows with their clips, which have motion after each window."""
 
     protocol: str
     clips: list[Float64]  # (T, 99) each: Euler angles at 25 frames per second
-    starts: list[int]  # of the first predicted frame in each
+    starts: list[int]  # the first target frame in each clip
 
     def at(self, frames: Sequence[npt.ArrayLike]) -> Float64:
-        """Read clips between their frames, linearly: as many positions for each, ``(N, 100, 99)``."""
+        """Interpolate each clip linearly at its frames; return ``(N, 100, 99)``."""
         return np.stack([_between(clip, np.asarray(at)) for clip, at in zip(self.clips, frames, strict=True)])
 
 
 def motion_of(source: PoseSource, folder: Path) -> Motion:
-    """Return the first default action's test windows of a source in a folder, with the motion around them."""
+    """Return the test windows of a source's first default action, with the motion around them."""
     action, protocol = source.default_actions[0], source.protocols[0]
     clips = source.test_clips(folder, action)
     windows = source.windows(protocol, [len(clip) for clip in clips])
@@ -52,18 +52,19 @@ def motion_of(source: PoseSource, folder: Path) -> Motion:
 def distorted(motion: Motion) -> Iterator[tuple[str, float, str, Float64]]:
     """Yield distortions of the windows: name, strength, unit, and ``(N, 100, 99)`` Euler angles.
 
-    In time, by reading the clip elsewhere, linearly between frames:
+    In time, by linear interpolation of the clip at other frames:
 
     - tempo: every step takes 1 / strength of its time, from the last seed frame on;
-    - skipped frames: every k-th is left out, and those after it come earlier;
-    - phase shift: the same motion, some strides later; a stride as it is from the seed to two seconds after the window.
+    - skipped frames: every k-th frame is left out, and later ones move up;
+    - phase shift: the same motion, some strides later; a stride is measured from the seed to two seconds after the
+      window.
 
-    In space, of the features that move, those of the Euler error:
+    In space, in the features that move, like the Euler error's:
 
     - noise: independent Gaussian noise in each frame, of this standard deviation;
-    - offset: every angle is larger by this.
+    - offset: a constant added to every angle.
 
-    First of all, as a yardstick, the last seed frame held.
+    The first yield, as a yardstick, is zero-velocity.
     """
     seeds = np.stack([clip[start - 1 : start] for clip, start in zip(motion.clips, motion.starts, strict=True)])
     yield "zero-velocity", 0.0, "", zero_velocity(seeds, N_TARGET)
@@ -77,8 +78,8 @@ def distorted(motion: Motion) -> Iterator[tuple[str, float, str, Float64]]:
             *("skipped frames", 1 / k, "share of frames"),
             motion.at([start + frames + frames // (k - 1) for start in motion.starts]),
         )
-    room = [slice(start - N_SEED, start + N_TARGET + N_SEED) for start in motion.starts]
-    strides = [stride(clip[around]) for clip, around in zip(motion.clips, room, strict=True)]
+    surroundings = [slice(start - N_SEED, start + N_TARGET + N_SEED) for start in motion.starts]
+    strides = [stride(clip[around]) for clip, around in zip(motion.clips, surroundings, strict=True)]
     for shift in SHIFTS:
         later = [start + frames + shift * length for start, length in zip(motion.starts, strides, strict=True)]
         yield "phase shift", shift, "strides", motion.at(later)
@@ -91,7 +92,7 @@ def distorted(motion: Motion) -> Iterator[tuple[str, float, str, Float64]]:
 
 
 def stride(clip: Float64) -> int:
-    """Return how many frames a stride takes: after how many the clip ``(T, D)`` is most like itself."""
+    """Return the frames of a stride: the lag of the highest autocorrelation of a clip ``(T, D)``."""
     swings = clip - clip.mean(axis=0)
     lags = range(*(round(seconds * protocol.FPS) for seconds in _STRIDE_S))
     return max(lags, key=lambda lag: float(np.mean(swings[lag:] * swings[:-lag])))
@@ -103,8 +104,8 @@ def study(motion: Motion) -> list[Record]:
     Returns
     -------
     list of dict
-        ``distortion``, ``strength``, ``unit``; ``euler_error``, the mean over all frames, in radians; ``npss`` by
-        convention; ``signatures``, that of each number by metric or convention.
+        ``distortion``, ``strength``, ``unit``; ``euler_error``, averaged over all frames, in radians; ``npss`` by
+        convention; ``signatures`` by metric or convention.
     """
     gt = motion.at([start + np.arange(N_TARGET) for start in motion.starts])
     end_ms = protocol.frames_to_ms([N_TARGET - 1])[0]
@@ -133,7 +134,7 @@ def study(motion: Motion) -> list[Record]:
 
 
 def tabulate(records: Sequence[Record], *, markdown: bool = False) -> str:
-    """Lay records out for people."""
+    """Format records as a table."""
     scores = [NPSS.column(convention=name) for name in records[0]["npss"]]
     header = ["distortion", "strength", "unit", EULER_ERROR.labelled, *scores]
     rows = [
@@ -148,10 +149,10 @@ def tabulate(records: Sequence[Record], *, markdown: bool = False) -> str:
 
 
 def _between(clip: Float64, at: Float64) -> Float64:
-    """Read a clip at positions in frames, linearly between them."""
+    """Interpolate a clip linearly at positions in frames."""
     if at.max() > len(clip) - 1:
         raise ValueError(f"clip: {len(clip)} frames, but a distortion reads frame {at.max():.4g}")
     before = np.floor(at).astype(int)
     share = (at - before)[:, np.newaxis]
-    read: Float64 = (1 - share) * clip[before] + share * clip[np.minimum(before + 1, len(clip) - 1)]
-    return read
+    values: Float64 = (1 - share) * clip[before] + share * clip[np.minimum(before + 1, len(clip) - 1)]
+    return values

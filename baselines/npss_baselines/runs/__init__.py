@@ -1,1 +1,1 @@
-"""The folder of a trained model, and what every training does with it."""
+"""Run folders: configuration, weights, checkpoints, and what every training shares."""

@@ -1,4 +1,4 @@
-"""Checkpoints: the file is the old one or the new one, whole, and nothing in it can run code."""
+"""Checkpoints: written atomically, and read without running code."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ except ImportError:
 
 
 class AtomicIO(TorchCheckpointIO):
-    """Lightning's checkpoints, read and written so."""
+    """Read and write Lightning's checkpoints, atomically and without running code."""
 
     def save_checkpoint(self, checkpoint: dict[str, Any], path: Any, storage_options: Any | None = None) -> None:
-        """Write a checkpoint: Lightning's own way is by a file in another folder, perhaps of another disk."""
+        """Write a checkpoint; Lightning itself would use a file in another folder, perhaps on another disk."""
         write_stream_atomically(Path(path), lambda stream: torch.save(checkpoint, stream))
 
     def load_checkpoint(self, path: Any, map_location: Any = "cpu", weights_only: Any = True) -> dict[str, Any]:
@@ -32,9 +32,9 @@ class AtomicIO(TorchCheckpointIO):
         try:
             checkpoint = torch.load(content, map_location="cpu", weights_only=True)
             if not isinstance(checkpoint, dict) or "state_dict" not in checkpoint:
-                raise ValueError("it has no weights")
+                raise ValueError("no weights in it")
         except (EOFError, OSError, pickle.UnpicklingError, RuntimeError, ValueError) as error:
             raise ValueError(
-                f"{path}: not a checkpoint, or only a part of one ({error}); without this file, the run begins anew"
+                f"{path}: not a checkpoint, or an incomplete one ({error}); without this file, the run starts over"
             ) from error
         return checkpoint

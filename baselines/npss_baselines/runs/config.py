@@ -1,4 +1,4 @@
-"""What a run is: the model, the recipe, the data and the seed, as ``config.json`` and the command line state them."""
+"""The configuration of a run: model, recipe, data and seed, from ``config.json`` and the command line."""
 
 from __future__ import annotations
 
@@ -28,51 +28,51 @@ try:
 except ImportError:
     raise ImportError(f"training needs jsonargparse; {install_hint('all', baselines=True)}") from None
 
-#: The file of a run that states its configuration.
+#: The configuration file of a run.
 FILE = "config.json"
-#: The file from which training goes on: of a run, or of all that are trained together, in the folder above theirs.
+#: The file that training resumes from: in the folder of a run, or above those of runs that are trained together.
 CHECKPOINT = "last.ckpt"
-#: The data by default.
+#: The default source of motion.
 DATA = "h36m"
 SELECT = ("released", "paper", "euler", "last")
-# Stated in the file, but no part of the configuration: for those who read it, where the data were, and what to import.
+# Fields of the file that are not part of the configuration: versions, folders of the data, plugins to import.
 NOTES = ("made_with", "paths", "plugins")
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """All that a run depends on, but for where the data are and what it is computed on.
+    """Everything that a run depends on, except the folder of the data and the device.
 
     Attributes
     ----------
     name : str
-        Of the model, one of `npss_baselines.models.MODELS`.
+        The name of the model, in `npss_baselines.models.MODELS`.
     model : dataclass
         The fields of the model.
     recipe : Recipe
-        How it is trained.
+        How the model is trained.
     data : str
-        The source of motion, one of `npss_baselines.data.pose_sources`.
+        The source of motion, in `npss_baselines.data.pose_sources`.
     actions : tuple of str
-        What is trained on, in the order of the label.
+        Actions to train on, in the order of the label.
     subjects : tuple
-        Who is trained on, of the source's `train_subjects`; nobody, where the data are generated.
+        Subjects to train on, of the source's `train_subjects`; empty for generated motion.
     seed : int
-        Of the initial weights and of every iteration.
+        Seed of the initial weights and of every iteration.
     select : {'released', 'paper', 'euler', 'last'}
-        Which weights are kept as the model: those with the least NPSS on the validation windows by that convention,
-        or with the least Euler error, or the last ones, as the code released with the NPSS paper does.
+        Weights to keep: those with the lowest NPSS on the validation windows, by that convention; those with the
+        lowest Euler error; or the last, as in the code released with the NPSS paper.
     average : float or None
-        Decay of a moving average of the weights, which then is what is validated and kept.
+        Decay of a moving average of the weights, which is then validated and kept.
     validate_on : tuple of str
         The actions of the validation windows.
     validate_every, checkpoint_every : int
-        Iterations between two validations, and between two checkpoints.
+        Iterations between validations, and between checkpoints.
 
     Raises
     ------
     TypeError, ValueError
-        If a field is not what it should be; the message begins with its name.
+        If a field is invalid; the message starts with its name.
     """
 
     name: str
@@ -108,80 +108,80 @@ class Configuration:
 
 
 def read(path: Path) -> Configuration:
-    """Read a configuration; what it does not state is the registry's default.
+    """Read a configuration; missing fields take the registry's defaults.
 
     Raises
     ------
     FileNotFoundError, ValueError
-        If it is not one; names the file.
+        If the file is missing or invalid; names it.
     """
     return read_with_parser(path)[0]
 
 
 def read_with_parser(path: Path) -> tuple[Configuration, jsonargparse.ArgumentParser]:
-    """Read a configuration, as `read`; return the parser that has read it, too."""
-    stated = stated_in(path)
+    """Read a configuration like `read`; also return its parser."""
+    values = read_fields(path)
     try:
-        check_fields("", stated, [*NOTES, *(field.name for field in fields(Configuration))])
-        stated = {name: value for name, value in stated.items() if name not in NOTES}
-        name = stated.pop("name", None)
+        check_fields("", values, [*NOTES, *(field.name for field in fields(Configuration))])
+        values = {name: value for name, value in values.items() if name not in NOTES}
+        name = values.pop("name", None)
         one_of("name", name, tuple(MODELS))
         for group in ("model", "recipe"):
-            known = getattr(MODELS[name], "config" if group == "model" else group)
-            check_fields(f"{group}: ", stated.get(group, {}), [field.name for field in fields(known)])
+            default = getattr(MODELS[name], "config" if group == "model" else group)
+            check_fields(f"{group}: ", values.get(group, {}), [field.name for field in fields(default)])
         parser = parser_of(name)
-        return configuration_of(name, parser, lambda: parser.parse_object(stated)), parser
+        return configuration_of(name, parser, lambda: parser.parse_object(values)), parser
     except (TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from error
 
 
-def of_run(folder: Path) -> Path:
-    """Return the configuration of a run.
+def file_in(folder: Path) -> Path:
+    """Return the configuration file of a run.
 
     Raises
     ------
     FileNotFoundError
-        If there is none.
+        If it is missing.
     """
     if not (folder / FILE).is_file():
-        lack = f"no {FILE} there" if folder.is_dir() else "there is no such folder"
-        raise FileNotFoundError(f"reading the run {folder}: {lack}")
+        problem = f"no {FILE} in it" if folder.is_dir() else "no such folder"
+        raise FileNotFoundError(f"reading the run {folder}: {problem}")
     return folder / FILE
 
 
 def paths_of(path: Path) -> dict[str, Path]:
-    """Return where the data of a run are, by the names of the options that said so, as its configuration states."""
-    paths = stated_in(path).get("paths", {})
-    if not isinstance(paths, dict) or not all(isinstance(found, str) for found in paths.values()):
+    """Return the folders of a run's data, by the names of their options, as its configuration records them."""
+    paths = read_fields(path).get("paths", {})
+    if not isinstance(paths, dict) or not all(isinstance(folder, str) for folder in paths.values()):
         raise ValueError(f"{path}: paths: expected an object of names and folders, got {paths!r}")
-    return {name: Path(found) for name, found in paths.items()}
+    return {name: Path(folder) for name, folder in paths.items()}
 
 
-def stated_in(path: Path) -> dict[str, Any]:
-    """Read what a configuration states, of which nothing is checked yet but the plugins that it needs.
+def read_fields(path: Path) -> dict[str, Any]:
+    """Read the fields of a configuration; check only that the plugins it needs are imported.
 
     Raises
     ------
     OSError, ValueError
-        If it cannot be read, is no JSON object, or needs a plugin that is not imported; names the file.
+        If the file cannot be read, is not a JSON object, or needs a plugin that is not imported; names it.
     """
     with doing("reading the configuration"):
-        stated = read_json(path)
-    if not isinstance(stated, dict):
-        raise ValueError(f"{path}: expected an object, got {stated!r}")
+        values = read_json(path)
+    if not isinstance(values, dict):
+        raise ValueError(f"{path}: expected an object, got {values!r}")
     try:
-        require(stated.get("plugins", []))
+        require(values.get("plugins", []))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    return stated
+    return values
 
 
-def check_fields(where: str, stated: object, names: Sequence[str]) -> None:
-    """Raise unless it is an object with no other fields; jsonargparse would import a class that one may name."""
-    if not isinstance(stated, dict):
-        raise ValueError(f"{where}expected an object, got {stated!r}")
-    if unknown := sorted(set(stated) - set(names)):
-        raise ValueError(f"{where}there is no {unknown[0]!r}; there are {', '.join(names)}")
+def check_fields(where: str, value: object, names: Sequence[str]) -> None:
+    """Raise unless the value is an object without other fields: jsonargparse would import a class that one names."""
+    if not isinstance(value, dict):
+        raise ValueError(f"{where}expected an object, got {value!r}")
+    if unknown := sorted(set(value) - set(names)):
+        raise ValueError(f"{where}unknown field {unknown[0]!r}; expected {', '.join(names)}")
 
 
 def write(
@@ -191,71 +191,105 @@ def write(
     paths: Mapping[str, Path] | None = None,
     plugins: Iterable[str] = (),
 ) -> None:
-    """Write a configuration, and beside it what the run is made with and where its data are.
+    """Write a configuration, with the versions and device of the run and the folders of its data.
 
     Parameters
     ----------
     path : Path
         The file.
     configuration : dataclass
-        This module's, or the manifold's.
+        Of this module, or of the manifold.
     device : str
-        What it is computed on.
+        The device of the run.
     paths : mapping of str to Path, optional
-        The folders of the data, by the names of the options that said so.
+        The folders of the data, by the names of their options.
     plugins : iterable of str, optional
-        What has to be imported before the configuration can be read.
+        Modules to import before reading the configuration.
     """
     made_with = {"npss": npss.__version__, "torch": str(torch.__version__), "device": device}
-    found = {name: str(folder.resolve()) for name, folder in (paths or {}).items()}
-    notes = dict(zip(NOTES, (made_with, found, list(plugins)), strict=True))
+    folders = {name: str(folder.resolve()) for name, folder in (paths or {}).items()}
+    notes = dict(zip(NOTES, (made_with, folders, list(plugins)), strict=True))
     write_text_atomically(path, json.dumps(asdict(configuration) | notes, indent=2) + "\n")
 
 
 def plugins_of(configuration: Configuration) -> list[str]:
-    """Return the plugins that have registered what a run is made of."""
-    found = {MODELS.plugin(configuration.name), SOURCES.plugin(configuration.data)}
-    return sorted(plugin for plugin in found if plugin is not None)
+    """Return the plugins that registered the model or the source of a run."""
+    plugins = {MODELS.plugin(configuration.name), SOURCES.plugin(configuration.data)}
+    return sorted(plugin for plugin in plugins if plugin is not None)
+
+
+class HelpFormatter(jsonargparse.DefaultHelpFormatter):
+    """jsonargparse's help, with types for fields of the model and the recipe only, and without empty defaults."""
+
+    def _get_help_string(self, action: argparse.Action) -> str:
+        if "." in action.dest:
+            return str(super()._get_help_string(action))
+        text = action.help or ""
+        without = "(default:" in text or action.default in (None, argparse.SUPPRESS) or action.default is False
+        return text if without else f"{text} (default: %(default)s)"
 
 
 def parser_of(name: str) -> jsonargparse.ArgumentParser:
-    """Return what reads the fields of a configuration; its defaults are the registry's, or worked out from the rest."""
+    """Return the parser of a configuration's fields; defaults are the registry's, or derived from other fields."""
     spec = MODELS[name]
     parser = jsonargparse.ArgumentParser(
         prog="npss-baselines train",
         usage="npss-baselines train [MODEL] --out RUN [--config FILE] [OPTION ...]",
-        description=f"Train a model: one of {', '.join(MODELS)}. The options --model... below are those of "
-        f"{name}; name another one before --help for its own.",
+        description=f"Train a model: {', '.join(MODELS)}. The --model options below are those of {name}; for another "
+        "model's, give its name before --help.",
         exit_on_error=False,
         allow_abbrev=False,
         parser_mode="json",
+        formatter_class=HelpFormatter,
     )
     sources = pose_sources()
-    described = ", ".join(f"{name}: {source.description}" for name, source in sources.items())
-    parser.add_argument("--data", choices=tuple(sources), default=DATA, help=f"the source of motion: {described}")
+    described = "; ".join(f"{name}: {source.description}" for name, source in sources.items())
+    parser.add_argument("--data", choices=tuple(sources), default=DATA, help=f"source of motion: {described}")
     parser.add_argument(
-        "--actions", "--action", nargs="+", metavar="ACTION", help="of the source, or all; by default its first one"
+        "--actions",
+        "--action",
+        nargs="+",
+        metavar="ACTION",
+        help="actions to train on, or all (default: the source's first)",
     )
     parser.add_argument(
-        "--subjects", nargs="+", type=str | int, metavar="S", help="whom to train on; by default all training subjects"
+        "--subjects",
+        nargs="+",
+        type=str | int,
+        metavar="S",
+        help="subjects to train on (default: all training subjects)",
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the initial weights and of every iteration")
+    parser.add_argument("--seed", type=int, default=0, help="seed for the initial weights and every iteration")
     parser.add_argument(
         "--select",
         choices=SELECT,
         default=SELECT[0],
-        help="which weights are kept: the best on validation windows, by NPSS of that convention or by Euler error; "
-        "or the last ones",
+        help="weights to keep: the best on validation windows, by NPSS of that convention or by Euler error; or the "
+        "last",
     )
     parser.add_argument(
-        "--average", type=float, metavar="DECAY", help="validate and keep a moving average of the weights"
+        "--average",
+        type=float,
+        metavar="DECAY",
+        help="validate and keep a moving average of the weights with this decay (default: no average)",
     )
     parser.add_argument(
-        "--validate-on", nargs="+", metavar="ACTION", help="where files of the test subject lack; if none is named, all"
+        "--validate-on",
+        nargs="+",
+        metavar="ACTION",
+        help="actions to validate on when test-subject files are missing (default: all)",
     )
-    parser.add_argument("--validate-every", type=int, metavar="N", help="iterations; if not given, a twentieth of them")
     parser.add_argument(
-        "--checkpoint-every", type=int, metavar="N", help="iterations; if not given, a hundredth of them"
+        "--validate-every",
+        type=int,
+        metavar="N",
+        help="validate after every N iterations (default: a twentieth of all)",
+    )
+    parser.add_argument(
+        "--checkpoint-every",
+        type=int,
+        metavar="N",
+        help="write a checkpoint after every N iterations (default: a hundredth of all)",
     )
     parser.add_argument("--model", type=type(spec.config), default=spec.config)
     parser.add_argument("--recipe", type=Recipe, default=spec.recipe)
@@ -263,7 +297,7 @@ def parser_of(name: str) -> jsonargparse.ArgumentParser:
 
 
 def set_defaults(parser: jsonargparse.ArgumentParser, values: Mapping[str, Any]) -> None:
-    """Give the parser of a configuration other defaults: values of fields, by name."""
+    """Set the defaults of a configuration's parser: values of fields, by name."""
     for name, value in values.items():
         if name in ("model", "recipe"):
             parser.set_defaults({f"{name}.{field.name}": getattr(value, field.name) for field in fields(value)})
@@ -274,48 +308,48 @@ def set_defaults(parser: jsonargparse.ArgumentParser, values: Mapping[str, Any])
 def configuration_of(
     name: str, parser: jsonargparse.ArgumentParser, parse: Callable[[], Any], *, also: Iterable[str] = ()
 ) -> Configuration:
-    """Make the configuration of what was parsed, working out what was not said.
+    """Build the configuration from parsed fields, deriving the missing ones.
 
-    Errors name the parser's options, and those that there are `also`.
+    Errors name the parser's options and those in `also`.
     """
     try:
         parsed = parser.instantiate(parse())
     except argparse.ArgumentError as error:
-        raise ValueError(f"{error}{there_are([*parser.get_defaults().keys(), *also], str(error))}") from None
+        raise ValueError(f"{error}{option_hint([*parser.get_defaults().keys(), *also], str(error))}") from None
     values = {"name": name} | {field.name: parsed[field.name] for field in fields(Configuration)[1:]}
     iterations, source = values["recipe"].iterations, pose_sources()[values["data"]]
     if values["actions"] is None:
         values["actions"] = source.default_actions[:1]
     elif list(values["actions"]) == ["all"]:
         values["actions"] = source.actions
-    worked_out = {
+    derived = {
         "validate_on": values["actions"],
         "subjects": source.train_subjects,
         "validate_every": max(1, iterations // 20),
         "checkpoint_every": max(1, iterations // 100),
     }
-    values |= {key: value for key, value in worked_out.items() if values[key] is None}
+    values |= {key: value for key, value in derived.items() if values[key] is None}
     sequences = {key: tuple(each(key, values[key])) for key in ("actions", "validate_on", "subjects")}
-    # A subject is what the source calls it, which on the command line is text.
+    # The command line gives subjects as text; the source may name them otherwise.
     subjects = {str(subject): subject for subject in source.train_subjects}
     sequences["subjects"] = tuple(subjects.get(str(subject), subject) for subject in sequences["subjects"])
     return Configuration(**values | sequences)
 
 
-def there_are(options: Iterable[str], error: str) -> str:
-    """Return what to add to an error of unknown arguments: the option that was meant, or all that there are."""
+def option_hint(options: Iterable[str], error: str) -> str:
+    """Return a hint for an error about unknown arguments: the closest option, or all options."""
     if "unrecognized" not in error:
         return ""
     names = [f"--{name if '.' in name else name.replace('_', '-')}" for name in sorted(options)]
     group = re.search(r"--\w+\.", error)
-    of_group = [name for name in names if group and name.startswith(group[0])]
-    return meant(error.split(), of_group or names) or f"; there are {', '.join(of_group or names)}"
+    in_group = [name for name in names if group and name.startswith(group[0])]
+    return meant(error.split(), in_group or names) or f"; the options are {', '.join(in_group or names)}"
 
 
 def _some_of(name: str, values: Sequence[Any], choices: Sequence[Any]) -> None:
-    """Raise unless values are some of the choices, each once."""
+    """Raise unless the values are one or more of the choices, without duplicates."""
     if not values or not set(values) <= set(choices) or len(set(values)) < len(values):
         raise ValueError(
-            f"{name}: expected some of {', '.join(map(str, choices)) or 'none'}, each once; "
+            f"{name}: expected one or more of {', '.join(map(str, choices)) or 'none'}, without duplicates; "
             f"got {', '.join(map(str, values)) or 'none'}"
         )

@@ -1,4 +1,4 @@
-"""Run folders: a model with all that it takes to predict, written and read."""
+"""Read and write trained models as run folders."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ _PART = "model"  # of the file of weights
 
 @dataclass(frozen=True)
 class Run:
-    """A model with all that it takes to predict.
+    """A trained model with everything that it needs to predict.
 
     Attributes
     ----------
     configuration : Configuration
-        What it is, and what it was trained on.
+        The configuration of the run.
     model : MotionModel
         The model.
     normalization : Normalization
-        By which it sees poses.
+        The normalisation of its poses.
     """
 
     configuration: Configuration
@@ -44,9 +44,9 @@ class Run:
         Parameters
         ----------
         action : str
-            One that the model was trained on.
+            An action that the model was trained on.
         seed : int or numpy.random.Generator
-            Where noise comes from: each call of the predictor is another draw.
+            Source of the noise; each call of the predictor is another draw.
 
         Raises
         ------
@@ -61,33 +61,33 @@ class Run:
 
 @renamed(rng="seed")
 def predictor_of(path: Path, action: str, *, seed: Seed) -> ModelPredictor:
-    """Return the predictor that a run is: `load`, then `Run.predictor`.
+    """Return the predictor of a run: `load`, then `Run.predictor`.
 
     Parameters
     ----------
     path : Path
         The folder of the run.
     action : str
-        One that the model was trained on.
+        An action that the model was trained on.
     seed : int or numpy.random.Generator
-        Where noise comes from: each call of the predictor is another draw.
+        Source of the noise; each call of the predictor is another draw.
     """
     return load(path).predictor(action, seed=seed)
 
 
 def save(folder: Path, model: MotionModel, normalization: Normalization, measured: dict[str, Any]) -> None:
-    """Write the weights, the statistics by which the model sees poses and, in the header, what it is worth."""
+    """Write the weights, the statistics that normalise poses and, in the header, the validation scores."""
     statistics = {"mean": normalization.mean, "std": normalization.std}
     weights.save(folder, _PART, model, statistics, measured)
 
 
 def load(path: Path) -> Run:
-    """Read a run; nothing in its files can run code.
+    """Read a run, without running code.
 
     Parameters
     ----------
     path : Path
-        The folder of the run. It may still be in training: then the model is the best one so far.
+        The folder of the run. While the run trains, the model is the best so far.
 
     Returns
     -------
@@ -97,11 +97,11 @@ def load(path: Path) -> Run:
     Raises
     ------
     FileNotFoundError, ValueError
-        If a file is missing, is broken or does not fit the other: names it.
+        If a file is missing, broken or does not match the other; names it.
     """
-    configuration = config.read(config.of_run(path))
-    with torch.random.fork_rng(devices=[]):  # the weights are drawn, and then replaced
+    configuration = config.read(config.file_in(path))
+    with torch.random.fork_rng(devices=[]):  # initial weights are drawn, then replaced
         model = MODELS[configuration.name].build(configuration.model, len(configuration.actions))
     shapes = {"mean": (POSE,), "std": (POSE,)}
-    stored = weights.load(path, _PART, model, shapes, configuration, "when it validates for the first time")
+    stored = weights.load(path, _PART, model, shapes, configuration, "at its first validation")
     return Run(configuration, model.eval(), Normalization(**stored.statistics, columns=COLUMNS))

@@ -1,4 +1,4 @@
-"""What the commands that train have in common: the device, the folder that is theirs alone, and how to go on."""
+"""What the training commands share: the device, exclusive folders, and hints on how to resume."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from npss.plugins import with_plugins
 from npss_baselines.runs.config import CHECKPOINT, FILE
 from npss_baselines.runs.stopping import Stopped
 
-#: The file in the folder of a run that a process holds as long as it trains there.
+#: The file in the folder of a run that the training process locks.
 LOCK = ".lock"
 _PROGRAM = "npss-baselines"
 
@@ -26,121 +26,124 @@ _PROGRAM = "npss-baselines"
 def add_device(parser: argparse.ArgumentParser) -> None:
     """Add the option that `device_of` reads."""
     parser.add_argument(
-        "--device", choices=("auto", "cpu", "cuda"), default="auto", help="auto: cuda if there is one, else cpu"
+        "--device",
+        choices=("auto", "cpu", "cuda"),
+        default="auto",
+        help="auto: cuda if available, else cpu (default: %(default)s)",
     )
 
 
-def device_of(asked: str, *, tf32: bool = False) -> str:
-    """Return the device, ``'cpu'`` or ``'cuda'``, that was asked for.
+def device_of(requested: str, *, tf32: bool = False) -> str:
+    """Return the device, ``'cpu'`` or ``'cuda'``, for a value of ``--device``.
 
     Raises
     ------
     ValueError
-        If there is none.
+        If it is unavailable.
     """
-    found = torch.cuda.is_available()
-    if asked == "cuda" and not found:
-        why = "this torch is built without CUDA" if torch.version.cuda is None else "torch finds no GPU"
-        raise ValueError(f"--device cuda: {why}; --device cpu trains without")
-    device = ("cuda" if found else "cpu") if asked == "auto" else asked
+    available = torch.cuda.is_available()
+    if requested == "cuda" and not available:
+        reason = "this torch is built without CUDA" if torch.version.cuda is None else "torch finds no GPU"
+        raise ValueError(f"--device cuda: {reason}; --device cpu trains without a GPU")
+    device = ("cuda" if available else "cpu") if requested == "auto" else requested
     if tf32 and device != "cuda":
         raise ValueError("--tf32: needs a CUDA device")
     return device
 
 
-def begun(folders: Sequence[Path]) -> list[Path]:
-    """Return those of some folders that hold a run."""
+def existing_runs(folders: Sequence[Path]) -> list[Path]:
+    """Return the folders that hold a run."""
     return [folder for folder in folders if (folder / FILE).exists()]
 
 
 @contextmanager
-def folders_alone(out: Path, folders: Sequence[Path], before: Sequence[Path]) -> Iterator[None]:
-    """Make the folders of runs, and let no other process train there meanwhile.
+def exclusive_folders(out: Path, folders: Sequence[Path], before: Sequence[Path]) -> Iterator[None]:
+    """Create the folders of runs, and lock them against other processes.
 
-    An error of another kind than the system's leaves nothing behind of runs that have no checkpoint yet.
+    After an error, except a system error or a signal, new runs without a checkpoint leave nothing behind.
 
     Parameters
     ----------
     out : Path
         The folder of the checkpoint.
     folders : sequence of Path
-        Those of the runs: the same, or folders in it.
+        The folders of the runs: `out`, or folders in it.
     before : sequence of Path
-        What `begun` has returned when the command decided what to do.
+        The result of `existing_runs` when the command started.
 
     Raises
     ------
     ValueError
-        If another process trains there, or has begun to since.
+        If another process trains there, or has started a run since.
     """
-    everywhere = list(dict.fromkeys([out, *folders]))
-    new = [path for folder in everywhere for path in (folder, *folder.parents) if not path.exists()]
-    new = sorted(dict.fromkeys(new), reverse=True)  # what is inside comes first
+    locked = list(dict.fromkeys([out, *folders]))
+    new = [path for folder in locked for path in (folder, *folder.parents) if not path.exists()]
+    new = sorted(dict.fromkeys(new), reverse=True)  # inner folders first
     with ExitStack() as locks:
-        for folder in everywhere:
-            with doing("making the folder of the run"):
+        for folder in locked:
+            with doing("creating the folder of the run"):
                 folder.mkdir(parents=True, exist_ok=True)
             try:
                 locks.enter_context(FileLock(folder / LOCK, timeout=0))
             except Timeout:
                 raise ValueError(f"--out: another process is training in {folder}") from None
-        if begun(folders) != list(before):
-            raise ValueError(f"--out: another process has trained in {out} meanwhile; --resume goes on with its run")
-        for folder in everywhere:
-            for part in folder.glob(".*.part"):  # of a process that was killed while it wrote
+        if existing_runs(folders) != list(before):
+            raise ValueError(f"--out: another process has trained in {out} meanwhile; --resume continues its run")
+        for folder in locked:
+            for part in folder.glob(".*.part"):  # left by a process that was killed while writing
                 part.unlink()
         try:
             yield
         except BaseException as error:
-            resumable = isinstance(error, OSError | KeyboardInterrupt | Stopped) and begun(folders)
+            resumable = isinstance(error, OSError | KeyboardInterrupt | Stopped) and existing_runs(folders)
             if not before and not resumable and not (out / CHECKPOINT).exists():
                 for folder in folders:
                     (folder / FILE).unlink(missing_ok=True)
-                for folder in everywhere:
+                for folder in locked:
                     (folder / LOCK).unlink(missing_ok=True)
                 for folder in new:
-                    with suppress(OSError):  # there is something else in it
+                    with suppress(OSError):  # holds other files
                         folder.rmdir()
             raise
 
 
 @contextmanager
-def moved(option: str, root: Path | None, recorded_in: Path | None) -> Iterator[None]:
-    """Let the error of a folder of data that is gone say that it is the run's, and which option gives another."""
+def explain_missing_data(option: str, root: Path | None, recorded_in: Path | None) -> Iterator[None]:
+    """Add to the error of a missing data folder that a run recorded it, and which option replaces it."""
     try:
         yield
     except FileNotFoundError as error:
         if recorded_in is None or root is None or root.exists():
             raise
         raise FileNotFoundError(
-            f"{root} is not there, where {recorded_in} says that the data are; --{option} DIR gives another folder"
+            f"{root}: no such folder; {recorded_in} records it as the folder of the data; --{option} DIR replaces it"
         ) from error
 
 
 @contextmanager
-def going_on(folders: Sequence[Path], arguments: Sequence[str]) -> Iterator[None]:
-    """Let what ends training early say how to go on: a signal, by its exit status, 128 and its number; a full disk.
+def explain_resuming(folders: Sequence[Path], arguments: Sequence[str]) -> Iterator[None]:
+    """Print how to resume when a signal or a full disk stops training; exit with 128 plus the signal's number.
 
     Parameters
     ----------
     folders : sequence of Path
-        Those of the runs.
+        The folders of the runs.
     arguments : sequence of str
-        What resumes them: the arguments of ``npss-baselines``.
+        The arguments of ``npss-baselines`` that resume them.
     """
 
-    def how() -> str:
-        return f"; to go on: {_PROGRAM} {shlex.join(with_plugins(arguments))}" if begun(folders) else ""
+    def hint() -> str:
+        return f"; to resume: {_PROGRAM} {shlex.join(with_plugins(arguments))}" if existing_runs(folders) else ""
 
     try:
         yield
     except (KeyboardInterrupt, Stopped) as stop:
-        by = stop.signal if isinstance(stop, Stopped) else signal.SIGINT
-        said = "interrupted" if by is signal.SIGINT else f"ended by {by.name}"
-        print(f"{_PROGRAM}: {said}{how()}", file=sys.stderr)
-        raise SystemExit(128 + by) from None
+        number = stop.signal if isinstance(stop, Stopped) else signal.SIGINT
+        message = "interrupted" if number is signal.SIGINT else f"stopped by {number.name}"
+        print(f"{_PROGRAM}: {message}{hint()}", file=sys.stderr)
+        raise SystemExit(128 + number) from None
     except OSError as error:
-        if error.strerror is None or not how():
+        if error.strerror is None or not hint():
             raise
         file = "" if error.filename is None else f"{error.filename}: "
-        raise OSError(error.errno, f"{file}{error.strerror}{how()}") from error
+        raise OSError(error.errno, f"{file}{error.strerror}{hint()}") from error

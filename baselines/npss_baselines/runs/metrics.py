@@ -1,4 +1,4 @@
-"""The table of a run: a row for each time that the model was measured."""
+"""The table of a run: one row per validation."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 
 from npss.files import write_atomically
 
-#: The file of a run that holds it.
+#: The file of the table.
 FILE = "metrics.csv"
 
 
 def write(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write all rows, or leave what was there; the columns are the names of all of them, empty where a row has none."""
+    """Write all rows atomically; a row that lacks a column is empty there."""
 
     def write_rows(path: Path) -> None:
         with path.open("w", newline="", encoding="utf-8") as file:

@@ -20,13 +20,13 @@ class ModelPredictor:
     Attributes
     ----------
     model : MotionModel
-        On any device.
+        The model, on any device.
     normalization : Normalization
-        By which it sees poses.
+        The normalisation of its poses.
     action : int
-        Which of its actions is predicted.
+        The index of the action to predict.
     seed : int or numpy.random.Generator
-        Where noise comes from.
+        Source of the noise.
     """
 
     model: MotionModel
@@ -39,24 +39,24 @@ class ModelPredictor:
 
     @renamed(seed="seed_frames")
     def __call__(self, seed_frames: npt.ArrayLike, n_target: int) -> Array:
-        """Predict.
+        """Predict the frames after the seed frames.
 
         Parameters
         ----------
         seed_frames : (N, S, 99) array_like
-            What the model sees: poses of Human3.6M at 25 frames per second, as exponential maps.
+            Poses of Human3.6M at 25 frames per second, as exponential maps.
         n_target : int
-            Frames to predict.
+            Number of frames to predict.
 
         Returns
         -------
         (N, n_target, 99) ndarray
-            Poses; columns that the model does not see are at their mean. float32 for float32, float64 for all else.
+            Poses; columns that the model does not predict are at their mean. float32 for float32 input, else float64.
 
         Raises
         ------
         TypeError, ValueError
-            If the input is not as described, or a predicted value is NaN or infinite.
+            If the input is invalid, or a predicted value is NaN or infinite.
         """
         n_target = positive_integer("n_target", n_target)
         seen = self.normalization.normalize(seed_frames)

@@ -1,4 +1,4 @@
-"""Signals that ask training to end: it does so at the end of the step, with a checkpoint."""
+"""Signals that stop training, at the end of a step and with a checkpoint."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import signal
 import threading
 from types import FrameType, TracebackType
 
-# Ctrl-C, a closed terminal, `kill`, and what batch systems send before a job's time is over.
+# Ctrl-C, `kill`, a closed terminal, and the signals that batch systems send before a job's time ends.
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGUSR1", "SIGUSR2")
 
 
 class Stopped(BaseException):
-    """A signal has ended the work.
+    """Raised when a signal has stopped training.
 
     Attributes
     ----------
     signal : signal.Signals
-        Which.
+        The signal.
     """
 
     def __init__(self, number: int) -> None:
@@ -25,29 +25,29 @@ class Stopped(BaseException):
 
 
 class Stop:
-    """What a signal has asked for, in a block: the first is remembered, the second raises `Stopped` at once.
+    """A block that defers signals: it remembers the first, and raises `Stopped` at the second.
 
-    Signals that somebody else handles, or ignores, as ``nohup`` does, are left to them; in another thread than the main
-    one, all are.
+    Signals that are already handled, or ignored, as by ``nohup``, are left alone; so are all signals outside the main
+    thread.
 
     Attributes
     ----------
-    asked : int or None
-        The signal that has come.
+    received : int or None
+        The signal received.
     """
 
     def __init__(self) -> None:
-        self.asked: int | None = None
+        self.received: int | None = None
         self._before: dict[int, object] = {}
 
     def check(self) -> None:
-        """Raise `Stopped` if a signal has come."""
-        if self.asked is not None:
-            raise Stopped(self.asked)
+        """Raise `Stopped` if a signal was received."""
+        if self.received is not None:
+            raise Stopped(self.received)
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         self.check()
-        self.asked = number
+        self.received = number
 
     def __enter__(self) -> Stop:
         if threading.current_thread() is threading.main_thread():

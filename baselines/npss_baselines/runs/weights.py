@@ -1,4 +1,4 @@
-"""The weights of a run: a safetensors file, with the statistics of the data, and what was measured in its header."""
+"""The weights of a run: a safetensors file with the statistics of the data, and validation scores in its header."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ try:
 except ImportError:
     raise ImportError(f"trained models need safetensors; {install_hint('all', baselines=True)}") from None
 
-#: The file of a run that holds the weights.
+#: The file of the weights.
 FILE = "model.safetensors"
-_MEASURED = "validation"  # in the header: a single entry, because several are in any order
+_MEASURED = "validation"  # the only entry of the header: the order of several would be arbitrary
 
 
 class Stored(NamedTuple):
-    """What is stored beside the weights.
+    """Statistics, scores and digest of a file of weights.
 
     Attributes
     ----------
     statistics : dict of str to ndarray
-        Of the data, by name.
+        Statistics of the data, by name.
     measured : dict
-        What was measured when the weights were kept.
+        The validation scores of the weights.
     digest : str
-        Of the configuration and of all tensors, to the bit.
+        Digest of the configuration and of every bit of the tensors.
     """
 
     statistics: dict[str, Array]
@@ -51,20 +51,20 @@ class Stored(NamedTuple):
 def save(
     folder: Path, part: str, model: nn.Module, statistics: Mapping[str, Array], measured: Mapping[str, Any]
 ) -> None:
-    """Write weights: all of the file, or nothing.
+    """Write weights atomically.
 
     Parameters
     ----------
     folder : Path
-        Of the run.
+        The folder of the run.
     part : str
-        What the model is called in the file: names of weights begin with it and a dot.
+        Name of the model in the file; the names of weights start with it and a dot.
     model : Module
-        On any device.
+        The model, on any device.
     statistics : mapping of str to ndarray
-        Of the data, by which the model sees them.
+        Statistics of the data, for its normalisation.
     measured : mapping
-        What the model is worth; JSON can hold it.
+        The model's validation scores, as JSON can hold them.
     """
     tensors = {f"{part}.{name}": value.detach().cpu().contiguous() for name, value in model.state_dict().items()}
     tensors |= {name: torch.tensor(value) for name, value in statistics.items()}
@@ -74,31 +74,31 @@ def save(
 def load(
     folder: Path, part: str, model: nn.Module, shapes: Mapping[str, tuple[int, ...]], configuration: Any, when: str
 ) -> Stored:
-    """Read weights into a model; nothing in the file can run code.
+    """Read weights into a model, without running code.
 
     Parameters
     ----------
     folder : Path
-        Of the run.
+        The folder of the run.
     part : str
         As for `save`.
     model : Module
-        What gets the weights.
+        The model that gets the weights.
     shapes : mapping of str to tuple of int
-        The statistics that there are, and their shapes.
+        The shapes of the statistics, by name.
     configuration : dataclass
-        Of the run, for the digest.
+        The configuration of the run, for the digest.
     when : str
-        When a run writes the file, for the error if there is none.
+        When a run writes the file, for the error if it is missing.
 
     Raises
     ------
     FileNotFoundError, ValueError
-        If the file is missing, is broken or does not fit the model: names it.
+        If the file is missing, broken or does not match the model; names it.
     """
     file = folder / FILE
     if not file.exists():
-        raise FileNotFoundError(f"{file} is not there (yet): a run writes it {when}")
+        raise FileNotFoundError(f"{file}: no such file; a run writes it {when}")
     try:
         tensors = load_file(file)
         with safe_open(file, "pt") as opened:

@@ -1,1 +1,1 @@
-"""Training: recipes, objectives, batches, and runs that can be cut off at any moment."""
+"""Training of models: objectives, optimiser, loop and validation."""

@@ -1,7 +1,7 @@
-"""A loss and its gradients, captured once on a CUDA device and from then on replayed by a single launch.
+"""A loss and its gradients as a CUDA graph: captured once, then replayed by a single launch.
 
-A recurrent network does thousands of small things one after another, and each of them takes less time than to launch it
-from Python. A CUDA graph launches all of them at once; several graphs, each on a stream of its own, run side by side.
+A recurrent network runs thousands of small kernels one after another; each takes less time than its launch from Python.
+A CUDA graph launches all of them at once. Several graphs, each on its own stream, run side by side.
 """
 
 from __future__ import annotations
@@ -14,26 +14,26 @@ import torch
 from torch import Tensor, nn
 from torch.autograd.function import once_differentiable
 
-#: From a batch to the loss, ``'loss'``, and its parts.
+#: A function from a batch to the loss, ``'loss'``, and its parts.
 Loss = Callable[..., dict[str, Tensor]]
 
-_WARM_UP = 2  # passes, so that libraries have the memory and the plans that they cannot ask for in a capture
+_WARM_UP = 2  # passes, for the libraries' memory and plans, which cannot be made in a capture
 
 
 class Captured:
     """The loss of a batch and its gradients, as a CUDA graph.
 
-    Replayed with a seed, it computes what ``loss(*batch)`` does after ``torch.manual_seed(seed)``, gradients included.
+    A replay with a seed computes ``loss(*batch)`` after ``torch.manual_seed(seed)``, and its gradients.
 
     Parameters
     ----------
     loss : callable
-        From a batch to the loss and its parts. It may draw from torch's global generator. What it does must not depend
-        on values: it is not called again.
+        Function from a batch to the loss and its parts. It may draw from torch's global generator. Its control flow
+        must not depend on values, because it is not called again.
     batch : sequence of Tensor
-        The first batch, on a CUDA device; others have the same shapes.
+        The first batch, on a CUDA device; later ones have the same shapes.
     parameters : sequence of Parameter
-        What the gradients are of. They are changed in place, or not at all.
+        Parameters of the gradients. They may only change in place.
     """
 
     def __init__(self, loss: Loss, batch: Sequence[Tensor], parameters: Sequence[nn.Parameter]) -> None:
@@ -52,18 +52,18 @@ class Captured:
                 self._parts, self._gradients = self._run(loss)
 
     def launch(self, seed: int, batch: Sequence[Tensor]) -> None:
-        """Begin with a batch, and do not wait for it."""
+        """Launch a batch without waiting for it."""
         self._stream.wait_stream(torch.cuda.current_stream(self._stream.device))
         with torch.cuda.stream(self._stream):
-            for own, value in zip(self._batch, batch, strict=True):
-                own.copy_(value)
+            for captured, value in zip(self._batch, batch, strict=True):
+                captured.copy_(value)
             self._generator.manual_seed(seed)
             self._graph.replay()
 
     def result(self) -> dict[str, Tensor]:
-        """Return the loss of the batch that was launched last, and its parts.
+        """Return the loss of the last batch, and its parts.
 
-        The loss can be backpropagated until the next launch: its gradients are there already.
+        The loss can be backpropagated until the next launch: its gradients are already computed.
         """
         torch.cuda.current_stream(self._stream.device).wait_stream(self._stream)
         parts = {name: value.clone() for name, value in self._parts.items()}
@@ -78,7 +78,7 @@ class Captured:
 
 
 class _Replayed(torch.autograd.Function):
-    """A loss whose gradients are there already."""
+    """A loss whose gradients are already computed."""
 
     @staticmethod
     def forward(ctx: Any, loss: Tensor, gradients: Sequence[Tensor], *parameters: Tensor) -> Tensor:
@@ -99,7 +99,7 @@ def _generator(device: torch.device) -> torch.Generator:
 
 @contextmanager
 def _drawing_from(generator: torch.Generator, device: torch.device) -> Iterator[None]:
-    """Let what draws from torch's global generator draw from another one: each graph has its own."""
+    """Replace the state of torch's global generator by that of another: each graph has its own."""
     default = _generator(device)
     before = default.graphsafe_get_state()
     default.graphsafe_set_state(generator)

@@ -1,4 +1,4 @@
-"""A run in training: its model, its batches, and what has been measured of it. Several can be trained together."""
+"""A run in training: model, batches and validation. Several can be trained together."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from npss_baselines.training.validation import Row
 
 
 class Member(nn.Module):
-    """A model that is trained, alone or with others: iteration i does the same whenever, and beside whom, it is done.
+    """A model in training, alone or with others; iteration i always computes the same.
 
-    The batch is a function of the seed and of i, and so is all that is drawn in it: torch's generators are to be seeded
-    anew for each iteration, by `seed`.
+    The batch, and the random numbers of the iteration, are functions of the seed and i: seed torch's generators with
+    `seed` for each iteration.
 
     Parameters
     ----------
     configuration : Configuration
-        What the run is.
+        The configuration of the run.
     training_set : TrainingSet
-        Of its actions.
+        The training set of its actions.
     validation_tasks : sequence of Task
-        Of its actions.
+        The validation tasks of its actions.
     out : Path
         The folder of the run.
     """
@@ -55,7 +55,7 @@ class Member(nn.Module):
         self._batches = Batches(
             training_set, batch=recipe.batch, n_seed=recipe.n_seed, n_target=recipe.n_target, seed=configuration.seed
         )
-        #: Of what is trained on: a run does not go on with other motion.
+        #: The digest of the training set: a run cannot resume with other motion.
         self.motion = digest(training_set)
         self._validation = validation_tasks
         self._normalization = training_set.normalization
@@ -66,13 +66,13 @@ class Member(nn.Module):
         if configuration.average is not None:
             decay = get_ema_multi_avg_fn(configuration.average)  # type: ignore[no-untyped-call]
             self.average = AveragedModel(self.model, multi_avg_fn=decay)
-        kept = list(self._normalization.columns)
+        columns = list(self._normalization.columns)
         for name in ("mean", "std"):
-            statistic = torch.tensor(getattr(self._normalization, name)[kept], dtype=torch.float32)
+            statistic = torch.tensor(getattr(self._normalization, name)[columns], dtype=torch.float32)
             self.register_buffer(name, statistic, persistent=False)
-        #: One for each validation.
+        #: One row per validation.
         self.rows: list[Row] = []
-        #: The loss and its parts in each iteration since the last validation.
+        #: The loss and its parts, for each iteration since the last validation.
         self.losses: dict[str, list[Tensor]] = defaultdict(list)
 
     def batch(self, iteration: int) -> Batch:
@@ -80,7 +80,7 @@ class Member(nn.Module):
         return self._batches[iteration]
 
     def seed(self, iteration: int) -> int:
-        """Return by what torch's generators are seeded in an iteration."""
+        """Return the seed of torch's generators in an iteration."""
         return torch_seed(self.configuration.seed, iteration)
 
     def loss(self, poses: Tensor, label: Tensor, iteration: int) -> dict[str, Tensor]:
@@ -89,18 +89,18 @@ class Member(nn.Module):
         return objectives.loss(self.model, poses, label, self.configuration.recipe, iteration, statistics=statistics)
 
     def keep(self, parts: Mapping[str, Tensor]) -> None:
-        """Remember the loss of an iteration until the next validation."""
+        """Keep the loss of an iteration until the next validation."""
         for name, value in parts.items():
             self.losses[name].append(value.detach())
 
     def kept(self) -> dict[str, Tensor]:
-        """Return what has been remembered, by name (n,)."""
-        # What comes from a checkpoint is on the CPU.
+        """Return the kept losses (n,) by name."""
+        # Losses from a checkpoint are on the CPU.
         device = self.mean.device
         return {name: torch.stack([value.to(device) for value in values]) for name, values in self.losses.items()}
 
     def validate(self, iteration: int) -> Row:
-        """Measure the model, keep it if it is the best so far, write down what was measured, and return it."""
+        """Validate the model, save it if it is the best so far, and record and return the row."""
         recipe, select = self.configuration.recipe, self.configuration.select
         row: Row = {"iteration": iteration, "lr": recipe.learning_rate(iteration - 1)}
         row |= {name: values.mean().item() for name, values in self.kept().items()}
@@ -120,7 +120,7 @@ class Member(nn.Module):
         return row
 
     def _measure(self, model: MotionModel, iteration: int) -> Row:
-        """Measure a model on the validation windows; what is random in it is drawn alike each time."""
+        """Measure a model on the validation windows, with the same noise each time."""
         predictors = [
             ModelPredictor(
                 model, self._normalization, self.configuration.actions.index(task.action), np.random.default_rng(0)
@@ -129,10 +129,10 @@ class Member(nn.Module):
         ]
         try:
             return validation.measure(predictors, self._validation)
-        except ValueError as error:  # the last step may have been the one, of which no loss tells
+        except ValueError as error:  # the last step may have diverged, after its loss was computed
             raise self._diverged(iteration, str(error)) from error
 
-    def _diverged(self, iteration: int, sign: str) -> ValueError:
+    def _diverged(self, iteration: int, symptom: str) -> ValueError:
         return ValueError(
-            f"training of {self.out} has diverged by iteration {iteration}: {sign}; try a lower --recipe.lr"
+            f"training of {self.out} has diverged by iteration {iteration}: {symptom}; try a lower --recipe.lr"
         )

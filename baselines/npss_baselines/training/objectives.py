@@ -1,4 +1,4 @@
-"""What training makes small: the losses of the papers, and NPSS beside them."""
+"""Training objectives: the losses of the papers, with optional NPSS."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from npss_baselines.models.base import POSE, MotionModel
 from npss_baselines.models.mbr import MBR
 from npss_baselines.models.recipe import Recipe
 
-_SCORED = slice(sum(column < 6 for column in COLUMNS), POSE)  # without the root, as NPSS of poses is everywhere here
+_SCORED = slice(sum(column < 6 for column in COLUMNS), POSE)  # without the root, like all NPSS of poses here
 
 
 class Statistics(NamedTuple):
-    """Of the training data, by which poses are normalised."""
+    """The statistics of the training data, for normalisation."""
 
     mean: Tensor  # (54,)
     std: Tensor  # (54,)
@@ -35,30 +35,30 @@ def loss(
 ) -> dict[str, Tensor]:
     """Return the loss of a batch of windows, and its parts.
 
-    All errors are means of squares over the batch, the frames and the columns of the normalised pose. With S seed and
-    K target frames, the regimes are
+    All errors are squared errors, averaged over the batch, the frames and the columns of the normalised pose. With S
+    seed frames and K target frames, the regimes are
 
     ``'eq6'``
-        Equation 6 of the NPSS paper: the outputs of all S + K steps in open loop (``'open'``), plus lambda times those
-        of the K steps after the seed in closed loop (``'closed'``). The targets are frames 1 to S + K, in closed loop
-        S + 1 to S + K, as in the released code.
+        Equation 6 of the NPSS paper: all S + K outputs in open loop (``'open'``), plus lambda times the K outputs after
+        the seed in closed loop (``'closed'``). The targets are frames 1 to S + K, and S + 1 to S + K in closed loop, as
+        in the released code.
     ``'open'``
-        The outputs of all steps in open loop.
+        All outputs in open loop.
     ``'sampling'``
-        The K frames that follow the seed in closed loop, S to S + K - 1, and nothing else (``'closed'``; Martinez et
-        al. 2017). A model that predicts its label, MBR-sup, is measured by that as well.
+        The K frames after the seed in closed loop alone, S to S + K - 1 (``'closed'``; Martinez et al. 2017). MBR-sup,
+        which predicts its label, is also measured by the label.
     ``'noise'``
-        Open loop; every input frame has Gaussian noise with probability 1/2. Targets have none (``'open'``).
+        Open loop, with Gaussian noise on each input frame with probability 1/2, and none on targets (``'open'``).
     ``'auto-conditioning'``
-        The outputs of all steps; after the seed, blocks of true frames alternate with blocks of own outputs as input,
-        true ones first (``'conditioned'``).
+        All outputs. After the seed, the inputs are blocks of true frames and of outputs in turn, true frames first
+        (``'conditioned'``).
 
     Parameters
     ----------
     model : MotionModel
-        In training mode, unless dropout is not wanted.
+        The model; in training mode, it uses dropout.
     poses : (B, S + K + 1, 54) Tensor
-        Normalised.
+        Normalised windows.
     label : (B, A) Tensor
         The action, one-hot.
     recipe : Recipe
@@ -66,25 +66,25 @@ def loss(
     iteration : int
         Counted from 0.
     statistics : Statistics, optional
-        For NPSS, which is of poses that are not normalised.
+        Statistics for NPSS, which is of unnormalised poses.
 
     Returns
     -------
     dict of str to () Tensor
-        ``'loss'``, and the parts by name, without their weights.
+        ``'loss'``, and the unweighted parts by name.
 
     Raises
     ------
     ValueError
-        If the poses are not windows of the recipe, or a weight is given to NPSS without statistics.
+        If the poses are not windows of the recipe, or NPSS has a weight but no statistics.
 
     Notes
     -----
-    Noise is drawn from torch's global generator, as dropout is: seed it for each iteration.
+    Noise and dropout use torch's global generator: seed it for each iteration.
 
     ``'npss'`` is `npss.torch.score` of the predicted frames after the seed, by the recipe's convention: exponential
-    maps in radians of the joints, without the root. It is of the closed loop where the regime has one. It cannot be
-    the only loss: it is blind to phase, scale and sign, and where a prediction is constant it has no gradient.
+    maps in radians of the joints, without the root. It is of the closed loop if the regime has one. It cannot be the
+    only loss: it is blind to phase, scale and sign, and has no gradient where a prediction is constant.
     """
     if poses.ndim != 3 or poses.shape[1:] != (recipe.window, POSE):
         raise ValueError(
@@ -93,8 +93,8 @@ def loss(
     if label.shape != (len(poses), model.n_actions):
         raise ValueError(f"label: expected shape {(len(poses), model.n_actions)}, got {tuple(label.shape)}")
     if recipe.npss_weight > 0 and statistics is None:
-        raise ValueError("statistics: NPSS in the loss is of poses that are not normalised, and needs mean and std")
-    total, parts, future, truth = _OF_REGIME[recipe.regime](model, poses, label, recipe, iteration)
+        raise ValueError("statistics: NPSS in the loss is of unnormalised poses, and needs their mean and std")
+    total, parts, future, truth = _REGIMES[recipe.regime](model, poses, label, recipe, iteration)
     if recipe.npss_weight > 0 and statistics is not None:
         mean, std = (value[_SCORED] for value in statistics)
         true, predicted = (motion[..., _SCORED] * std + mean for motion in (truth, future))
@@ -104,7 +104,7 @@ def loss(
 
 
 class _Outcome(NamedTuple):
-    """The loss without NPSS, its parts, and the frames (B, K, 54) that NPSS is of."""
+    """The loss without NPSS, its parts, and the frames (B, K, 54) for NPSS."""
 
     total: Tensor
     parts: dict[str, Tensor]
@@ -117,7 +117,7 @@ def _eq6(model: MotionModel, poses: Tensor, label: Tensor, recipe: Recipe, itera
     truth = poses[:, recipe.n_seed + 1 :]
     parts = {"open": mse_loss(opened, poses[:, 1:]), "closed": mse_loss(closed, truth)}
     total, weight = parts["open"], recipe.lambda_at(iteration)
-    if weight > 0:  # else nothing goes backwards through the closed loop
+    if weight > 0:  # else the closed loop has no backward pass
         total = total + weight * parts["closed"]
     return _Outcome(total, parts, closed, truth)
 
@@ -148,7 +148,7 @@ def _auto_conditioning(model: MotionModel, poses: Tensor, label: Tensor, recipe:
     return _Outcome(total, {"conditioned": total}, outputs[:, recipe.n_seed :], targets[:, recipe.n_seed :])
 
 
-_OF_REGIME = {
+_REGIMES = {
     "eq6": _eq6,
     "open": _open,
     "noise": _open,
@@ -160,7 +160,7 @@ _OF_REGIME = {
 def conditioned(model: MotionModel, poses: Tensor, label: Tensor, n_seed: int, length: int) -> Tensor:
     """Return the predictions after every frame (B, T, 54), auto-conditioned after the seed.
 
-    Blocks of `length` true frames and of as many own outputs are read in turn, beginning with true ones.
+    The inputs are blocks of `length` true frames and blocks of `length` outputs in turn, true frames first.
 
     Parameters
     ----------
@@ -171,16 +171,16 @@ def conditioned(model: MotionModel, poses: Tensor, label: Tensor, n_seed: int, l
     label : (B, A) Tensor
         The action.
     n_seed : int
-        Frames that are read before the first block.
+        Number of seed frames, before the first block.
     length : int
-        Frames of a block; the last one may be shorter.
+        Frames in a block; the last block may be shorter.
     """
     own = [t >= n_seed and (t - n_seed) // length % 2 == 1 for t in range(poses.shape[1])]
     return model.mixed(poses, label, own)
 
 
 def noisy(poses: Tensor, std: float) -> Tensor:
-    """Return frames (B, T, 54) of which every other one, by chance, has Gaussian noise of this standard deviation."""
+    """Add Gaussian noise of standard deviation `std` to each frame (B, T, 54) with probability 1/2."""
     if std == 0:
         return poses
     chosen = torch.rand(*poses.shape[:2], 1, dtype=poses.dtype, device=poses.device) < 0.5

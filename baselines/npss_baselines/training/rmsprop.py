@@ -1,4 +1,4 @@
-"""RMSprop as TensorFlow 1 has it, which the NPSS paper's models were trained by."""
+"""RMSprop as in TensorFlow 1, which trained the NPSS paper's models."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from npss.validation import is_real, positive_number
 
 
 class RMSpropTF(Optimizer):
-    """RMSprop in TensorFlow's version.
+    """TensorFlow's version of RMSprop.
 
     For a gradient g, at each step::
 
-        v = decay * v + (1 - decay) * g**2               v is 1 at first
-        m = momentum * m + lr * g / sqrt(v + epsilon)    m is 0 at first
+        v = decay * v + (1 - decay) * g**2               initially 1
+        m = momentum * m + lr * g / sqrt(v + epsilon)    initially 0
         parameter = parameter - m
 
-    `torch.optim.RMSprop` differs in three places: its v is 0 at first, so that its first steps are 1 / sqrt(1 - decay)
-    times the learning rate whatever the gradient, and far larger than these; its epsilon is outside the root; and its
-    learning rate is outside m, so that a lower rate also slows the steps that were taken before.
+    `torch.optim.RMSprop` differs in three ways. Its v starts at 0, so its first steps are 1 / sqrt(1 - decay) times the
+    learning rate for every gradient, and far larger than these. Its epsilon is outside the root. Its learning rate is
+    outside m, so a lower rate also scales the momentum of earlier steps.
 
     Parameters
     ----------
     params : iterable
-        Parameters, or groups of them.
+        Parameters, or groups of parameters.
     lr : float
         The learning rate.
     decay : float
-        Of the mean of squares, below 1.
+        Decay of the average of squares, below 1.
     momentum : float
-        Below 1.
+        Momentum, below 1.
     epsilon : float
-        Added to the mean of squares.
+        Constant added to the average of squares.
 
     Raises
     ------
     TypeError, ValueError
-        If a number is not what it should be.
+        If a number is invalid.
 
     Examples
     --------
@@ -68,7 +68,7 @@ class RMSpropTF(Optimizer):
 
     @torch.no_grad()
     def step(self, closure: Callable[[], Any] | None = None) -> Any:
-        """Take a step; return what the closure returns, where there is one."""
+        """Take a step; return the result of the closure, if any."""
         loss = None
         if closure is not None:
             with torch.enable_grad():
@@ -86,7 +86,7 @@ class RMSpropTF(Optimizer):
                     state["moment"] = torch.zeros_like(parameter, memory_format=torch.preserve_format)
             squares = [self.state[parameter]["mean_square"] for parameter in parameters]
             moments = [self.state[parameter]["moment"] for parameter in parameters]
-            # All parameters at once: on an accelerator a few launches a step.
+            # All parameters at once: few launches per step on an accelerator.
             torch._foreach_mul_(squares, group["decay"])
             torch._foreach_addcmul_(squares, gradients, gradients, 1 - group["decay"])
             roots = torch._foreach_add(squares, group["epsilon"])

@@ -1,4 +1,4 @@
-"""Models in training: one, or several at once, each as if it were alone."""
+"""The training loop: one run, or several at once with the same results."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from npss_baselines.training.member import Member
 from npss_baselines.training.rmsprop import RMSpropTF
 from npss_baselines.training.validation import Row
 
-_Batches = Sequence[tuple[Tensor, Tensor]]  # one for each member
+_Batches = Sequence[tuple[Tensor, Tensor]]  # one per member
 
 
 class Training(Resumable):
-    """Runs in training, each as if it were alone.
+    """Runs in training, each with the same result as alone.
 
-    The learning rate is a function of the iteration. What else an iteration depends on beside `Member`, the weights and
-    the state of the optimiser, is in the checkpoint.
+    The learning rate is a function of the iteration. The weights and the state of the optimiser, on which an iteration
+    also depends, are in the checkpoint.
 
-    On a CUDA device the members' losses and gradients are captured, and computed side by side. NPSS as a part of the
-    loss cannot be captured: it looks at values.
+    On a CUDA device, the members' losses and gradients are captured and computed side by side. NPSS in the loss cannot
+    be captured, because its control flow depends on values.
 
     Parameters
     ----------
     members : sequence of Member
-        The runs. Their recipes are the same, and so are the iterations at which they validate.
+        The runs, with the same recipe and validation schedule.
     out : Path
         The folder of the checkpoint.
     """
@@ -56,27 +56,27 @@ class Training(Resumable):
         self.recipe = recipe
         for member in members[1:]:
             other = member.configuration
-            own = {name: getattr(other, name) for name in ("actions", "validate_on", "seed")}
-            if replace(self.configuration, **own) != other:
+            differences = {name: getattr(other, name) for name in ("actions", "validate_on", "seed")}
+            if replace(self.configuration, **differences) != other:
                 raise ValueError(f"runs: {member.out} differs from {members[0].out} in more than actions and seed")
         self._captured: list[Captured] = []
-        self._captured_at: object = None
+        self._captured_phase: object = None
 
     def _members(self) -> list[Member]:
         return cast(list[Member], list(self.members))
 
     def _names(self) -> list[str]:
-        """Return the folders of the runs, seen from that of the checkpoint."""
+        """Return the folders of the runs, relative to that of the checkpoint."""
         return [str(member.out.relative_to(self.out)) for member in self._members()]
 
     def train_dataloader(self) -> Iterator[_Batches]:
-        """Return the batches that are left."""
+        """Return the remaining batches."""
         for iteration in itertools.count(self.global_step):
             batches = [member.batch(iteration) for member in self._members()]
             yield [(torch.from_numpy(batch.poses), torch.from_numpy(batch.label)) for batch in batches]
 
     def configure_optimizers(self) -> torch.optim.Optimizer:
-        """Return the optimiser of the recipe: what it does to a weight depends on that weight alone."""
+        """Return the optimiser of the recipe, which treats every weight independently."""
         recipe = self.recipe
         parameters = [parameter for member in self._members() for parameter in member.model.parameters()]
         if recipe.optimizer == "adam":
@@ -105,16 +105,16 @@ class Training(Resumable):
         return parts
 
     def _replay(self, batches: _Batches) -> list[dict[str, Tensor]]:
-        """Do what `_run` does, by graphs."""
+        """Do the same as `_run`, by CUDA graphs."""
         iteration, members = self.global_step, self._members()
-        at = self.recipe.phase(iteration)
-        if at != self._captured_at:
-            self._captured = []  # frees the old ones first
+        phase = self.recipe.phase(iteration)
+        if phase != self._captured_phase:
+            self._captured = []  # free the old graphs first
             self._captured = [
                 Captured(partial(member.loss, iteration=iteration), batch, list(member.model.parameters()))
                 for member, batch in zip(members, batches, strict=True)
             ]
-            self._captured_at = at
+            self._captured_phase = phase
         for member, captured, batch in zip(members, self._captured, batches, strict=True):
             captured.launch(member.seed(iteration), batch)
         return [captured.result() for captured in self._captured]
@@ -131,7 +131,7 @@ class Training(Resumable):
             group["lr"] = self.recipe.learning_rate(self.global_step)
 
     def on_train_batch_end(self, *_: Any) -> None:
-        """Average, validate and save, each in its turn."""
+        """Average, validate and save when due."""
         done, members = self.global_step, self._members()
         for member in members:
             if member.average is not None:
@@ -144,7 +144,7 @@ class Training(Resumable):
         self.step_is_done(checkpoint=validate or done % self.configuration.checkpoint_every == 0)
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Add what has been measured, and of whom."""
+        """Add the runs, their rows and losses."""
         members = self._members()
         checkpoint["runs"] = self._names()
         checkpoint["motion"] = [member.motion for member in members]
@@ -152,16 +152,16 @@ class Training(Resumable):
         checkpoint["losses"] = [member.kept() for member in members]
 
     def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Restore what had been measured."""
+        """Check the runs; restore their rows and losses."""
         names = checkpoint.get("runs", ["another version"])
         if names != self._names():
             raise ValueError(
-                f"--resume: {self.out / CHECKPOINT} is of {', '.join(names)}, not of {', '.join(self._names())}"
+                f"--resume: {self.out / CHECKPOINT} holds {', '.join(names)}, not {', '.join(self._names())}"
             )
-        motions = checkpoint.get("motion", [None] * len(names))  # older ones do not say
+        motions = checkpoint.get("motion", [None] * len(names))  # older checkpoints have none
         for member, motion in zip(self._members(), motions, strict=True):
             if motion not in (None, member.motion):
-                raise ValueError(f"--resume: {member.out} was trained on other motion than there is now")
+                raise ValueError(f"--resume: {member.out} was trained on other motion than this")
         for member, rows, losses in zip(self._members(), checkpoint["rows"], checkpoint["losses"], strict=True):
             member.rows = rows
             member.losses.update({name: list(values.unbind()) for name, values in losses.items()})
@@ -176,32 +176,32 @@ def train(
     device: str = "cpu",
     tensorboard: bool = False,
 ) -> list[Row]:
-    """Train a model, from the checkpoint on if the run has one.
+    """Train a model, from its checkpoint if the run has one.
 
     Parameters
     ----------
     configuration : Configuration
-        What the run is.
+        The configuration of the run.
     training_set : TrainingSet
-        Of its actions.
+        The training set of its actions.
     validation_tasks : sequence of Task
-        Of its actions.
+        The validation tasks of its actions.
     out : Path
-        The folder of the run; it is there.
+        The folder of the run, which exists.
     device : {'cpu', 'cuda'}, optional
-        What it is computed on.
+        The device to train on.
     tensorboard : bool, optional
-        Write logs for TensorBoard, too.
+        Also write TensorBoard logs.
 
     Returns
     -------
     list of dict
-        What was measured at each validation.
+        A row of numbers per validation.
 
     Raises
     ------
     ValueError
-        If the data do not suffice, training diverges, or the checkpoint is broken.
+        If clips are too short, training diverges, or the checkpoint is broken.
     KeyboardInterrupt, Stopped
         As `npss_baselines.runs.fitting.fit`.
     """
@@ -218,37 +218,37 @@ def train_together(
     tf32: bool = False,
     tensorboard: bool = False,
 ) -> list[list[Row]]:
-    """Train several models at once, from the checkpoint on if there is one.
+    """Train several models at once, from their checkpoint if there is one.
 
     Parameters
     ----------
     runs : sequence of tuple
-        The first four arguments of `train`, for each run. Their configurations differ in actions and seeds only.
+        The first four arguments of `train` for each run. The configurations differ only in actions and seeds.
     out : Path
-        The folder of the checkpoint; it is there.
+        The folder of the checkpoint, which exists.
     device, tensorboard
         As for `train`.
     tf32 : bool, optional
-        On a CUDA device, let matrix products round what they multiply to ten bits of mantissa.
+        On a CUDA device, let matrix products round their factors to ten bits of mantissa.
 
     Returns
     -------
     list of list of dict
-        For each run, what was measured at each validation.
+        For each run, a row of numbers per validation.
 
     Raises
     ------
     ValueError
-        As `train`; or if configurations differ in more than that. One that diverges ends all.
+        As `train`; or if configurations differ in other fields. One run that diverges ends all.
     """
-    with _multiplying("high" if tf32 else "highest"):
+    with _matmul_precision("high" if tf32 else "highest"):
         training = fit(lambda: Training([Member(*run) for run in runs], out), device=device, tensorboard=tensorboard)
     return [member.rows for member in training._members()]
 
 
 @contextmanager
-def _multiplying(precision: str) -> Iterator[None]:
-    """Set how exact matrix products of float32 are, those in torch's LSTM among them."""
+def _matmul_precision(precision: str) -> Iterator[None]:
+    """Set the precision of float32 matrix products, including those in torch's LSTM."""
     before, in_lstm = torch.get_float32_matmul_precision(), torch.backends.cudnn.allow_tf32
     torch.set_float32_matmul_precision(precision)
     torch.backends.cudnn.allow_tf32 = precision == "high"

@@ -1,4 +1,4 @@
-"""What a model is worth on validation windows, and which weights are kept for it."""
+"""Scores on validation windows, and the choice of weights by them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Row = dict[str, float]
 
 
 def measure(predictors: Sequence[Predictor], tasks: Sequence[Task]) -> Row:
-    """Measure predictors, each on its task: NPSS and the Euler error at the field's times, as means over tasks."""
+    """Measure predictors, each on its task: NPSS and the Euler error at the field's times, averaged over tasks."""
     rows = []
     for predictor, task in zip(predictors, tasks, strict=True):
         gt = npss.poses_to_euler(task.target)
@@ -28,20 +28,20 @@ def measure(predictors: Sequence[Predictor], tasks: Sequence[Task]) -> Row:
     return {name: math.fsum(row[name] for row in rows) / len(rows) for name in rows[0]}
 
 
-def chosen_by(row: Row, select: str) -> float:
-    """Return what is to be small, for a choice by ``'released'`` or ``'paper'`` (NPSS), or ``'euler'`` (the mean)."""
+def criterion(row: Row, select: str) -> float:
+    """Return the value to minimise: NPSS for ``'released'`` or ``'paper'``; the average Euler error for ``'euler'``."""
     if select == "euler":
         return math.fsum(row[f"euler_{time}"] for time in SLICES_MS) / len(SLICES_MS)
     return row[f"npss_{select}"]
 
 
 def best(rows: Sequence[Row], select: str) -> Row:
-    """Return the row of the weights that are kept, of those with the same value the first."""
-    return rows[-1] if select == "last" else min(rows, key=lambda row: chosen_by(row, select))
+    """Return the row of the weights to keep; of equal ones, the first."""
+    return rows[-1] if select == "last" else min(rows, key=lambda row: criterion(row, select))
 
 
 def signature(tasks: Sequence[Task]) -> str:
-    """Return the signature of all numbers of a row."""
+    """Return the signature of the numbers in a row."""
     return npss.signature(
         _CONVENTIONS,
         metric="npss+euler_error",

@@ -25,7 +25,7 @@ def run(capsys, *arguments):
 
 @pytest.fixture(autouse=True)
 def no_environment(monkeypatch, request):
-    """The default of --h36m is read when the parser is built: tests say what they want."""
+    """The default of --h36m is read when the parser is built; the tests set it."""
     monkeypatch.delenv("NPSS_H36M", raising=False)
 
 
@@ -93,7 +93,7 @@ class TestSynthetic:
         assert "npss|version:1|convention:literal|representation:euler|frames:100" in out
         assert "euler_error|version:1|" in out
 
-    def test_numbers_are_rounded_not_cut(self):
+    def test_numbers_are_rounded_not_truncated(self):
         record = json.loads(json.dumps(evaluate.evaluate("m", PREDICTORS["repeat-50"], synthetic_task())))
         record["npss"]["paper"], record["euler_error"]["80"] = 12.34567, 1234567.0
         row = next(line for line in evaluate.summary([record]).splitlines() if line.startswith("m "))
@@ -109,20 +109,20 @@ class TestSynthetic:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "--h36m DIR names the folder"),
+        ((), "give --h36m DIR (folder"),
         (("--synthetic", "--actions", "walking"), "action: expected one of gait, got 'walking'"),
-        (("--synthetic", "zero-speed"), "'zero-speed' is not one of zero-velocity"),
+        (("--synthetic", "zero-speed"), "'zero-speed' is neither one of zero-velocity"),
         (("--h36m", "nowhere"), "nowhere"),
     ],
 )
-def test_what_cannot_be_done_is_one_line_and_status_2(capsys, arguments, message):
+def test_errors_are_one_line_with_status_2(capsys, arguments, message):
     status, out, err = run(capsys, *arguments)
     assert (status, out) == (2, "")
     assert message in err
     assert err.count("\n") == 1
 
 
-# Checked values: computed by several programs that were written independently, printed to these digits.
+# Checked values: from several independent programs, printed to these digits.
 PAPER_RELEASED_LITERAL = {
     ("walking", "zero-velocity"): ("2.3341", "1.1413", "0.6119"),
     ("walking", "repeat-50"): ("1.5069", "0.8283", "0.5553"),
@@ -189,8 +189,8 @@ class TestHuman36M:
         assert "|protocol:srnn-8-late|" in record["signatures"]["released"]
         assert "strong evidence, not fact" in npss.explain(record["signatures"]["released"])
 
-    def test_a_clip_that_is_cut_off(self, capsys, h36m_root, tmp_path):
-        """The case: walking_1 without its last 1000 rows has other windows, and scored 2.739 under one signature."""
+    def test_a_truncated_clip(self, capsys, h36m_root, tmp_path):
+        """walking_1 without its last 1000 rows has other windows, and would score 2.739 under the same signature."""
         (tmp_path / "dataset/S5").mkdir(parents=True)
         for clip in (1, 2):
             lines = (h36m_root / f"dataset/S5/walking_{clip}.txt").read_text(encoding="utf-8").splitlines(keepends=True)
@@ -222,7 +222,7 @@ class TestHuman36M:
             for power in (np.square(np.abs(transform)), np.square(transform.real)):
                 assert 0.94 < power[:, 0].sum() / power.sum() < 0.985
 
-    def test_the_command(self, capsys, h36m_root, records):
+    def test_the_command_on_real_motion(self, capsys, h36m_root, records):
         status, out, _ = run(
             capsys, "zero-velocity", "repeat-50", "--h36m", h36m_root, "--actions", "walking", "--format", "json"
         )
@@ -236,7 +236,7 @@ class TestHuman36M:
         assert len(list((tmp_path / "cache").iterdir())) == 2
 
     @pytest.mark.parametrize(("windows", "blocks", "left_out"), [("srnn-8", 6, 0), ("random-256", 13, 121)])
-    def test_records_state_the_blocks_of_windows(self, h36m_root, windows, blocks, left_out):
+    def test_records_hold_the_blocks_of_windows(self, h36m_root, windows, blocks, left_out):
         (task,) = Human36M().tasks(h36m_root, ["walking"], windows)
         record = evaluate.evaluate("zero-velocity", PREDICTORS["zero-velocity"], task, sequences=True)
         groups = json.loads(json.dumps(record))["sequences"]["groups"]

@@ -1,4 +1,4 @@
-"""The data set and the model of docs/extending.md, run as they are printed."""
+"""The data set and the model in docs/extending.md, run as printed."""
 
 import json
 import re
@@ -23,7 +23,7 @@ SUBJECTS = ("anna", "ben", "carla", "dora")
 
 
 def printed(kind, name):
-    """The block that follows a marker."""
+    """Return the block after a marker."""
     text = PAGE.read_text(encoding="utf-8")
     (block,) = re.findall(rf"^<!-- {kind}: {re.escape(name)} -->\n```\w+\n(.*?)^```$", text, re.M | re.S)
     return block
@@ -31,7 +31,7 @@ def printed(kind, name):
 
 @pytest.fixture
 def plugin(tmp_path, monkeypatch):
-    """Write a plugin into the current folder; forget afterwards what it has registered."""
+    """Write a plugin to the current folder; unregister it afterwards."""
     if not PAGE.exists():
         pytest.skip("the documentation is not beside the tests")
     monkeypatch.chdir(tmp_path)
@@ -71,9 +71,13 @@ def test_a_data_set(plugin, tmp_path, capsys):
     assert "protocol:our-walks-all" in records[0]["signature"]
     assert json.loads(run(capsys, sensitivity))[0]["distortion"] == "zero-velocity"
     run(capsys, train)
-    stated = json.loads((tmp_path / "run" / config.FILE).read_text(encoding="utf-8"))
-    assert (stated["data"], stated["subjects"], stated["actions"]) == ("our-walks", ["anna", "ben"], ["walk", "turn"])
-    assert (stated["paths"], stated["plugins"]) == ({"our-walks": str(tmp_path / "motion")}, ["our_walks"])
+    content = json.loads((tmp_path / "run" / config.FILE).read_text(encoding="utf-8"))
+    assert (content["data"], content["subjects"], content["actions"]) == (
+        "our-walks",
+        ["anna", "ben"],
+        ["walk", "turn"],
+    )
+    assert (content["paths"], content["plugins"]) == ({"our-walks": str(tmp_path / "motion")}, ["our_walks"])
     run(capsys, predict)
     target = np.load(tmp_path / "motion" / "dora" / "walk.npy")[50:150]
     np.testing.assert_array_equal(read_actions(tmp_path / "predicted.npz")["walk"].gt[0], target)
@@ -96,7 +100,7 @@ def test_a_model(plugin, tmp_path, capsys):
 
 def test_a_data_set_of_positions_is_for_the_manifold_alone(monkeypatch):
     class Positions(Source):
-        name, description = "positions", "the folder of positions"
+        name, description = "positions", "folder of positions"
 
         def clips(self, folder, **_):
             return Synthetic().clips(folder)
@@ -112,12 +116,12 @@ def test_a_data_set_of_positions_is_for_the_manifold_alone(monkeypatch):
     ("changes", "message"),
     [
         ({"name": "synthetic", "option": "other"}, "the source 'synthetic' is registered already"),
-        ({"name": "other", "option": "h36m"}, "source: the option --h36m is that of another source"),
+        ({"name": "other", "option": "h36m"}, "source: another source has the option --h36m"),
         ({"name": "Other"}, "source: name: expected lower-case letters, digits and hyphens, got 'Other'"),
         ({"name": "other", "option": "--o"}, "source: option: expected lower-case letters"),
     ],
 )
-def test_what_is_not_registered(changes, message):
+def test_invalid_registrations(changes, message):
     with pytest.raises(ValueError, match=f"^{message}"):
         register_source(type("Other", (Synthetic,), changes)())
     with pytest.raises(TypeError, match=r"^source: expected an npss_baselines\.data\.Source, got"):
@@ -126,7 +130,7 @@ def test_what_is_not_registered(changes, message):
         register_model("erd")
 
 
-def test_folders_of_another_source_than_the_data_are_refused(tmp_path, capsys):
+def test_the_folder_of_another_source_is_refused(tmp_path, capsys):
     command = ["train", "erd", "--data", "synthetic", "--h36m", str(tmp_path), "--out", str(tmp_path / "run")]
     assert main(command) == 2
-    assert "--h36m: the run is trained on --data synthetic" in capsys.readouterr().err
+    assert "--h36m: this run trains on --data synthetic" in capsys.readouterr().err

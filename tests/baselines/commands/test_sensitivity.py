@@ -1,4 +1,4 @@
-"""``npss-baselines sensitivity``: what a distortion does to motion, and what metrics say to it."""
+"""``npss-baselines sensitivity``: distortions of motion, and how the metrics respond."""
 
 import json
 import re
@@ -31,7 +31,7 @@ def value(record, metric):
 
 
 def curve(records, distortion, metric):
-    """Strengths and values of a distortion."""
+    """Return the strengths and values of a distortion."""
     chosen = [record for record in records if record["distortion"] == distortion]
     return {record["strength"]: value(record, metric) for record in chosen}
 
@@ -57,7 +57,7 @@ def gt(small):
 
 
 class TestDistortions:
-    """Each once more, by other means."""
+    """Each distortion, computed in another way."""
 
     @staticmethod
     def interpolated(clip, at):
@@ -153,14 +153,14 @@ class TestRecords:
 
 
 class TestClaims:
-    """What docs/pictures.md says of the generated gait, each metric beside standing still."""
+    """The statements of docs/pictures.md on the generated gait, relative to zero-velocity."""
 
     @pytest.mark.parametrize("metric", METRICS)
     @pytest.mark.parametrize(
         ("distortion", "nothing"),
         [("tempo", 1), ("skipped frames", 0), ("phase shift", 0), ("noise", 0), ("offset", 0)],
     )
-    def test_nothing_costs_nothing_and_all_else_something(self, gait_records, distortion, nothing, metric):
+    def test_every_distortion_costs_something(self, gait_records, distortion, nothing, metric):
         values = curve(gait_records, distortion, metric)
         assert values.pop(nothing) == 0
         assert min(values.values()) > 0.01
@@ -183,7 +183,7 @@ class TestClaims:
         assert self.share(gait_records, "phase shift", 0.5, "euler_error") > 1.3
         assert self.share(gait_records, "phase shift", 0.5, "paper") < 0.1
 
-    def test_released_answers_to_phase_and_paper_hardly(self, gait_records):
+    def test_released_responds_to_phase_and_paper_hardly(self, gait_records):
         quarters = [0.25, 0.75]
         assert all(self.share(gait_records, "phase shift", s, "released") > 0.6 for s in quarters)
         assert self.share(gait_records, "phase shift", 0.5, "released") < 0.15
@@ -256,14 +256,14 @@ class TestCommand:
         assert json.loads(out)
         assert "<svg" in (tmp_path / "picture.svg").read_text(encoding="utf-8")
 
-    def test_a_picture_of_no_known_kind(self, run, tmp_path):
+    def test_an_unknown_picture_format(self, run, tmp_path):
         pytest.importorskip("matplotlib")
         status, out, err = run("--synthetic", "-o", tmp_path / "picture.xyz")
         assert (status, out) == (2, "")
         assert "'xyz' is not supported" in err
 
     def test_a_picture_without_matplotlib(self, run, tmp_path, monkeypatch):
-        monkeypatch.delitem(sys.modules, "npss.plot._figure", raising=False)  # where another test has imported it
+        monkeypatch.delitem(sys.modules, "npss.plot._figure", raising=False)  # another test may have imported it
         monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
         status, out, err = run("--synthetic", "-o", tmp_path / "picture.svg")
         assert (status, out) == (2, "")
@@ -274,20 +274,20 @@ class TestCommand:
         assert status == 0
         assert json.loads(out) == records
 
-    def test_data_that_is_not_there(self, run):
+    def test_missing_data(self, run):
         status, out, err = run("--h36m", "nowhere")
         assert (status, out) == (2, "")
         assert "no Human3.6M in nowhere" in err
 
-    def test_data_must_be_named(self, run):
+    def test_data_are_required(self, run):
         status, out, err = run()
         assert (status, out) == (2, "")
-        assert "--h36m DIR names the folder of Human3.6M's dataset/; --synthetic is a generated gait" in err
+        assert "no source of motion: give --h36m DIR (folder of Human3.6M, with dataset/ in it) or --synthetic" in err
 
 
 SMALL = synthetic_motion(1)
 
-# Computed by a program that shares nothing with npss or baselines: pandas, scipy's rotations and splines, numpy.fft.
+# From a program that shares no code with npss: pandas, scipy's rotations and splines, numpy.fft.
 EULER_PAPER_RELEASED_LITERAL = {
     ("zero-velocity", 0): ("1.2685", "2.3341", "1.1413", "0.6119"),
     ("tempo", 0.7): ("1.2002", "0.3933", "0.4965", "0.4033"),
@@ -331,7 +331,7 @@ class TestWalking:
         assert documented("Human3.6M") <= rows_of(records)
 
     def test_what_the_page_says(self, records):
-        """Shares of what standing still costs."""
+        """Return values relative to zero-velocity."""
 
         def share(distortion, strength, metric):
             return round(100 * curve(records, distortion, metric)[strength] / value(records[0], metric))

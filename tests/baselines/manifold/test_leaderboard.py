@@ -75,4 +75,4 @@ def test_explain(manifold):
 @pytest.mark.parametrize("options", [["--metrics", "G"], ["--metrics", "mse", "g"], ["--manifold", "RUN"]])
 def test_missing_manifold(capsys, options):
     assert main(["leaderboard", *MODELS, "--synthetic", *options]) == 2
-    assert "--manifold RUN names the manifold of --metrics G" in capsys.readouterr().err
+    assert "--manifold RUN: the manifold for --metrics G" in capsys.readouterr().err

@@ -351,7 +351,7 @@ def test_broken_runs_are_named(run):
         with pytest.raises(ValueError, match=rf"{weights.FILE}: not the weights of the model in .*{config.FILE}"):
             folder.load(run)
     (run / weights.FILE).unlink()
-    with pytest.raises(FileNotFoundError, match=rf"{weights.FILE} is not there \(yet\)"):
+    with pytest.raises(FileNotFoundError, match=rf"{weights.FILE}: no such file; a run writes it"):
         folder.load(run)
 
 
@@ -444,12 +444,12 @@ def test_invalid_stage(fields, error, message):
         ({"name": "vgru-d"}, "name: expected one of manifold, got 'vgru-d'"),
         (
             {"name": "manifold", "colour": 1},
-            "there is no 'colour'; there are made_with, paths, plugins, name, model, .*",
+            "unknown field 'colour'; expected made_with, paths, plugins, name, model, .*",
         ),
-        ({"name": "manifold", "model": {"cell": 1}}, "model: there is no 'cell'; there are n_features, .*"),
-        ({"name": "manifold", "layers": {"class_path": "hostile.Stage"}}, "layers: there is no 'class_path'"),
+        ({"name": "manifold", "model": {"cell": 1}}, "model: unknown field 'cell'; expected n_features, .*"),
+        ({"name": "manifold", "layers": {"class_path": "hostile.Stage"}}, "layers: unknown field 'class_path'"),
         ({"name": "manifold", "whole": "hostile.json"}, "whole: expected an object, got 'hostile.json'"),
-        ({"name": "manifold", "data": {"path": "x"}}, "data: there is no 'path'"),
+        ({"name": "manifold", "data": {"path": "x"}}, "data: unknown field 'path'"),
         ({"name": "manifold", "data": {"windows": "many"}}, "windows: expected int, got 'many'"),
         ({"name": "manifold", "quick": "yes"}, "quick: expected true or false"),
         ({"name": "manifold", "scale": "unit"}, '.*"scale"'),
@@ -552,7 +552,7 @@ def test_subjects_are_in_one_set(sets):
         (["--depth", "4"], "argument --depth: invalid choice: 4"),
         (
             ["--layers.rate", "1"],
-            "unrecognized arguments: --layers.rate 1; there are --layers.batch, .*, --layers.unpool",
+            "unrecognized arguments: --layers.rate 1; the options are --layers.batch, .*, --layers.unpool",
         ),
         (["--whole.lr", "-1"], "lr: expected a positive, finite number, got -1.0"),
         (["--model.widths", "[]"], "widths: expected at least one layer"),
@@ -568,13 +568,13 @@ def test_invalid_arguments(arguments, message):
 
 def test_a_run_is_not_overwritten(run):
     file = run / config.FILE
-    with pytest.raises(ValueError, match=r"^--out RUN names the folder of the run"):
+    with pytest.raises(ValueError, match=r"^--out RUN is required: the folder of the run"):
         train_manifold.parse([])
     for wrong, message in (
-        ([], f"--out: there is a run in {run} already; --resume goes on with it"),
-        (["--resume", "--seed", "3"], f"--resume: {file} has another value of seed; leave it out"),
-        (["--resume", "--quick"], f"--resume: {file} has another value of quick; leave it out"),
-        (["--resume", "--depth", "1"], f"--resume: {file} has another value of model; leave it out"),
+        ([], f"--out: {run} already holds a run; --resume continues it"),
+        (["--resume", "--seed", "3"], f"--resume: {file} has another value of seed; omit the option"),
+        (["--resume", "--quick"], f"--resume: {file} has another value of quick; omit the option"),
+        (["--resume", "--depth", "1"], f"--resume: {file} has another value of model; omit the option"),
         (["--resume", "--depth", "3"], "--depth: expected at most 2 layers"),
         (["--resume", "--recipe", "paper"], f"--recipe: conflicts with {file}"),
     ):

@@ -1,4 +1,4 @@
-"""Losses as CUDA graphs: what may be captured, and that it is the same, side by side or alone."""
+"""Losses as CUDA graphs: which can be captured, and equal results alone and side by side."""
 
 from dataclasses import replace
 from functools import partial
@@ -33,7 +33,7 @@ every_case = pytest.mark.parametrize(("name", "regime", "fields"), CASES)
 
 
 def case(name, regime, fields, device="cpu"):
-    """A loss of a small model, and a batch."""
+    """Return a loss of a small model, and a batch."""
     torch.manual_seed(0)
     spec = MODELS[name]
     model = spec.build(replace(spec.config, **SMALL.get(name.partition("-")[0], {"size": 8}) | fields), 2).to(device)
@@ -45,7 +45,7 @@ def case(name, regime, fields, device="cpu"):
 
 
 class NoLooking(TorchDispatchMode):
-    """Refuses what a capture refuses: to look at values, and to make a tensor of Python's numbers."""
+    """Refuse what a capture refuses: reading values, and making a tensor of Python's numbers."""
 
     def __torch_dispatch__(self, func, types, args=(), kwargs=None):
         name = func.name()
@@ -54,13 +54,13 @@ class NoLooking(TorchDispatchMode):
 
 
 @every_case
-def test_no_loss_looks_at_values(name, regime, fields):
+def test_no_loss_depends_on_values(name, regime, fields):
     _, call, batch = case(name, regime, fields)
     with NoLooking():
         call(*batch)["loss"].backward()
 
 
-def test_what_looks_at_values_is_found():
+def test_losses_that_depend_on_values_are_detected():
     with NoLooking(), pytest.raises(AssertionError, match="_local_scalar_dense"):
         torch.ones(1).item()
     with NoLooking(), pytest.raises(AssertionError, match="lift_fresh"):
@@ -85,8 +85,8 @@ def by_graph(model, captured, batch, seed):
 
 @pytest.mark.usefixtures("gpu")
 @every_case
-def test_a_graph_is_what_was_captured(name, regime, fields):
-    """For the batch that was captured and another, with other weights, with what is drawn, and again."""
+def test_a_graph_computes_the_captured_loss(name, regime, fields):
+    """For the captured batch and another, with other weights, with random numbers, and again."""
     model, call, batch = case(name, regime, fields, "cuda")
     captured = Captured(call, batch, list(model.parameters()))
     other = torch.randn_like(batch[0]), batch[1].flip(0)
@@ -100,8 +100,8 @@ def test_a_graph_is_what_was_captured(name, regime, fields):
 
 
 @pytest.mark.usefixtures("gpu")
-def test_side_by_side_is_as_alone():
-    """At true size, so that graphs do meet."""
+def test_graphs_side_by_side_give_the_same_as_alone():
+    """At full size, so that graphs overlap."""
     models = [VTLN(VTLNConfig(), 1).cuda() for _ in range(3)]
     recipe = replace(MODELS["vgru-d"].recipe, closed_weight=((0, 0.5),))
     batches = [(torch.randn(32, 151, POSE, device="cuda"), torch.ones(32, 1, device="cuda")) for _ in models]

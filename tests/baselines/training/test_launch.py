@@ -1,4 +1,4 @@
-"""Training as a user and a cluster start and end it: signals, environments, full disks, folders, how long it takes."""
+"""Starting and stopping of training: signals, clusters, full disks, folders, estimates of time."""
 
 import os
 import shlex
@@ -35,7 +35,7 @@ from trainings import RECIPE, TINY, command, configured, outcome, trained
 
 pytestmark = pytest.mark.usefixtures("_tiny")
 
-SAID = ["tiny", "--data", "synthetic", "--iterations", "4", "--validate-every", "2", "--recipe.batch", "2"]
+OPTIONS = ["tiny", "--data", "synthetic", "--iterations", "4", "--validate-every", "2", "--recipe.batch", "2"]
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def signalled(monkeypatch):
     before = {}
 
     def at_second_iteration(number, times=1):
-        # nohup, or a shell's background job, may have made the tests ignore it, which training respects.
+        # Under nohup, or in a shell's background job, the tests may ignore the signal, which training respects.
         default = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
         before[number] = signal.signal(number, default)
         loss = trainer.Member.loss
@@ -69,36 +69,38 @@ def signalled(monkeypatch):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """What a command comes to that is not interrupted."""
+    """Return the outcome of an uninterrupted command."""
     out = tmp_path_factory.mktemp("whole") / "r"
     with registered(MODELS, tiny=TINY):
-        assert command("train", *SAID, "--out", out) == 0
+        assert command("train", *OPTIONS, "--out", out) == 0
     return outcome(out)
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
-def test_a_signal_ends_the_step_and_says_how_to_go_on(tmp_path, capsys, signalled, whole, name):
+def test_a_signal_stops_after_the_step_and_prints_how_to_resume(tmp_path, capsys, signalled, whole, name):
     number = getattr(signal, name)
     out = tmp_path / "a run"
     signalled(number)
     before = signal.getsignal(number)
     with pytest.raises(SystemExit) as ended:
-        command("train", *SAID, "--out", out, "--device", "cpu")
+        command("train", *OPTIONS, "--out", out, "--device", "cpu")
     assert ended.value.code == 128 + number
-    said = capsys.readouterr()
-    assert said.out == ""
-    how = "interrupted" if name == "SIGINT" else f"ended by {name}"
-    assert said.err == (f"npss-baselines: {how}; to go on: npss-baselines train --resume --out '{out}' --device cpu\n")
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    how = "interrupted" if name == "SIGINT" else f"stopped by {name}"
+    assert captured.err == (
+        f"npss-baselines: {how}; to resume: npss-baselines train --resume --out '{out}' --device cpu\n"
+    )
     assert signal.getsignal(number) is before
     assert torch.load(out / config.CHECKPOINT, weights_only=True)["global_step"] == 2
-    line = shlex.split(said.err.partition("to go on: ")[2])
+    line = shlex.split(captured.err.partition("to resume: ")[2])
     assert line[0] == "npss-baselines"
     assert command(*line[1:]) == 0
     assert same(outcome(out), whole)
 
 
 @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGUSR1, signal.SIGUSR2])
-def test_so_does_what_a_closed_terminal_or_a_batch_system_sends(tmp_path, signalled, number):
+def test_signals_of_closed_terminals_and_batch_systems_stop_too(tmp_path, signalled, number):
     signalled(number)
     with pytest.raises(Stopped) as stopped:
         trained(tmp_path, configured())
@@ -106,7 +108,7 @@ def test_so_does_what_a_closed_terminal_or_a_batch_system_sends(tmp_path, signal
     assert torch.load(tmp_path / config.CHECKPOINT, weights_only=True)["global_step"] == 2
 
 
-def test_a_second_signal_ends_it_at_once(tmp_path, signalled):
+def test_a_second_signal_stops_at_once(tmp_path, signalled):
     signalled(signal.SIGTERM, times=2)
     with pytest.raises(Stopped) as stopped:
         trained(tmp_path, configured("--checkpoint-every", "1"))
@@ -114,8 +116,8 @@ def test_a_second_signal_ends_it_at_once(tmp_path, signalled):
     assert torch.load(tmp_path / config.CHECKPOINT, weights_only=True)["global_step"] == 1
 
 
-def test_a_signal_that_lightning_sees_first_is_no_success(tmp_path, monkeypatch):
-    """Between the end of the step and Lightning's own look at the signal, which exits with status 0."""
+def test_a_signal_that_lightning_catches_first_is_not_a_success(tmp_path, monkeypatch):
+    """Between the end of the step and Lightning's check of the signal, which exits with status 0."""
     done = fitting.Resumable.step_is_done
 
     def then_a_signal(module, *, checkpoint):
@@ -128,8 +130,8 @@ def test_a_signal_that_lightning_sees_first_is_no_success(tmp_path, monkeypatch)
     assert stopped.value.signal is signal.SIGTERM
 
 
-def train_a_command(said, number):
-    """Train in a process of its own, which gets a signal."""
+def train_a_command(options, number):
+    """Train in a separate process, which gets a signal."""
     loss = trainer.Member.loss
 
     def interrupted(*arguments):
@@ -138,18 +140,28 @@ def train_a_command(said, number):
         return loss(*arguments)
 
     trainer.Member.loss = interrupted
-    sys.exit(command(*said))
+    sys.exit(command(*options))
 
 
 def test_the_exit_status_is_that_of_the_signal(tmp_path, processes):
-    said = ["train", "vgru-d", *SAID[1:], "--model.n_units", "4", "--recipe.n_target", "4", "--out", tmp_path / "r"]
-    process = processes.Process(target=train_a_command, args=(said, signal.SIGTERM))
+    options = [
+        "train",
+        "vgru-d",
+        *OPTIONS[1:],
+        "--model.n_units",
+        "4",
+        "--recipe.n_target",
+        "4",
+        "--out",
+        tmp_path / "r",
+    ]
+    process = processes.Process(target=train_a_command, args=(options, signal.SIGTERM))
     process.start()
     process.join()
     assert process.exitcode == 143
 
 
-def test_what_is_ignored_stays_ignored_and_other_threads_get_no_signals():
+def test_ignored_signals_stay_ignored_and_other_threads_get_none():
     old = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # nohup
     try:
         with Stop() as stop:
@@ -170,9 +182,9 @@ def test_what_is_ignored_stays_ignored_and_other_threads_get_no_signals():
     assert inside == [before]
 
 
-def test_the_manifold_is_trained_likewise(tmp_path, capsys, monkeypatch):
-    said = ["manifold", "--quick", "--model.widths", "[4,5]", "--whole.epochs", "1", "--layers.epochs", "0"]
-    assert command("train", *said, "--out", tmp_path / "whole") == 0
+def test_the_manifold_is_resumed_likewise(tmp_path, capsys, monkeypatch):
+    options = ["manifold", "--quick", "--model.widths", "[4,5]", "--whole.epochs", "1", "--layers.epochs", "0"]
+    assert command("train", *options, "--out", tmp_path / "whole") == 0
     loss, calls = loss_of, []
 
     def interrupted(*arguments, **options):
@@ -186,10 +198,10 @@ def test_the_manifold_is_trained_likewise(tmp_path, capsys, monkeypatch):
         patch.setenv("SLURM_NTASKS", "8")
         patch.setenv("SLURM_JOB_NAME", "train.sh")
         with pytest.raises(SystemExit) as ended:
-            command("train", *said, "--out", tmp_path / "m")
+            command("train", *options, "--out", tmp_path / "m")
     assert ended.value.code == 143
     line = f"npss-baselines train manifold --resume --out {tmp_path / 'm'}"
-    assert capsys.readouterr().err == f"npss-baselines: ended by SIGTERM; to go on: {line}\n"
+    assert capsys.readouterr().err == f"npss-baselines: stopped by SIGTERM; to resume: {line}\n"
     assert command(*shlex.split(line)[1:]) == 0
     assert (tmp_path / "m" / weights.FILE).read_bytes() == (tmp_path / "whole" / weights.FILE).read_bytes()
 
@@ -210,23 +222,23 @@ def cluster(monkeypatch):
     def enter(name):
         for variable, value in CLUSTERS[name].items():
             monkeypatch.setenv(variable, value)
-        monkeypatch.setattr(rank_zero_only, "rank", 3)  # as it is where Lightning is imported in that environment
+        monkeypatch.setattr(rank_zero_only, "rank", 3)  # as when Lightning is imported in that environment
 
     return enter
 
 
 @pytest.mark.parametrize("name", CLUSTERS)
-def test_one_process_trains_whatever_the_environment_says(tmp_path, cluster, name):
+def test_one_process_trains_in_every_environment(tmp_path, cluster, name):
     pytest.importorskip("tensorboard")
     expected = trained(tmp_path / "alone", configured("--iterations", "2"))
     cluster(name)
     (tmp_path / "run").mkdir()
     data = synthetic_training_set(3, 60), synthetic_validation(2)
     assert trainer.train(configured("--iterations", "2"), *data, tmp_path / "run", tensorboard=True) == expected
-    assert list((tmp_path / "run" / "tensorboard").iterdir())  # which others than the first of a job do not write
+    assert list((tmp_path / "run" / "tensorboard").iterdir())  # which only the first process of a job writes
 
 
-def test_no_signal_puts_a_job_back_into_the_queue(tmp_path, monkeypatch, cluster, signalled):
+def test_no_signal_requeues_a_job(tmp_path, monkeypatch, cluster, signalled):
     called = tmp_path / "called"
     scontrol = tmp_path / "scontrol"
     scontrol.write_text(f"#!/bin/sh\ntouch {called}\n", encoding="utf-8")
@@ -242,105 +254,105 @@ def test_no_signal_puts_a_job_back_into_the_queue(tmp_path, monkeypatch, cluster
 # --- folders ---
 
 
-def test_a_device_that_is_not_there_leaves_no_folder(tmp_path, capsys, monkeypatch):
+def test_a_missing_device_leaves_no_folder(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
-    for said in (SAID, ["manifold", "--quick"]):
-        assert command("train", *said, "--device", "cuda", "--out", tmp_path / "r") == 2
+    for options in (OPTIONS, ["manifold", "--quick"]):
+        assert command("train", *options, "--device", "cuda", "--out", tmp_path / "r") == 2
         message = capsys.readouterr().err
         assert message.startswith("npss-baselines: error: --device cuda: ")
-        assert message.endswith("; --device cpu trains without\n")
+        assert message.endswith("; --device cpu trains without a GPU\n")
         assert message.count("\n") == 1
     assert not list(tmp_path.iterdir())
     assert launch.device_of("auto") == "cpu"
 
 
-def test_what_comes_to_nothing_leaves_no_folder(tmp_path, capsys):
+def test_a_failed_command_leaves_no_folder(tmp_path, capsys):
     diverging = ["--recipe.lr", "1e38", "--recipe.optimizer", "sgd", "--recipe.clip_norm", "null"]
     for wrong, message in (
         (["--recipe.n_seed", "600"], "windows of 605 frames, from frame 16 on, need at least 621"),
         ([*diverging, "--checkpoint-every", "2"], "has diverged by iteration 2"),
     ):
-        assert command("train", *SAID, *wrong, "--out", tmp_path / "new" / "r") == 2
+        assert command("train", *OPTIONS, *wrong, "--out", tmp_path / "new" / "r") == 2
         assert message in capsys.readouterr().err
         assert not list(tmp_path.iterdir())
     (tmp_path / "mine").write_text("kept", encoding="utf-8")
-    assert command("train", *SAID, *wrong, "--out", tmp_path) == 2
+    assert command("train", *OPTIONS, *wrong, "--out", tmp_path) == 2
     assert [file.name for file in tmp_path.iterdir()] == ["mine"]
 
 
-def test_a_model_that_diverges_in_the_last_step_is_named(tmp_path):
+def test_errors_name_a_model_that_diverges_in_the_last_step(tmp_path):
     """The loss was of the weights before that step."""
     configuration = replace(configured(), recipe=replace(RECIPE, iterations=1, optimizer="sgd", lr=1e30))
     with pytest.raises(ValueError, match=r"^training of .* has diverged by iteration 1: .*; try a lower --recipe\.lr$"):
         trained(tmp_path, configuration)
 
 
-def test_two_cannot_train_into_one_folder(tmp_path, capsys):
+def test_two_processes_cannot_train_into_one_folder(tmp_path, capsys):
     out = tmp_path / "r"
-    assert command("train", *SAID, "--out", out) == 0
+    assert command("train", *OPTIONS, "--out", out) == 0
     before = outcome(out)
     capsys.readouterr()
-    with FileLock(out / launch.LOCK):  # as the other process holds it
-        for said in (["--resume", "--out", out], [*SAID, "--out", out, "--resume"]):
-            assert command("train", *said) == 2
+    with FileLock(out / launch.LOCK):  # held by the other process
+        for options in (["--resume", "--out", out], [*OPTIONS, "--out", out, "--resume"]):
+            assert command("train", *options) == 2
             assert capsys.readouterr().err == (f"npss-baselines: error: --out: another process is training in {out}\n")
     assert same(outcome(out), before)
-    # It began, and ended, between the look at the folder and the beginning.
+    # Another process started and ended between the check of the folder and the lock.
     with (
         pytest.raises(ValueError, match=r"another process has trained in .* meanwhile"),
-        launch.folders_alone(out, [out], before=[]),
+        launch.exclusive_folders(out, [out], before=[]),
     ):
         pass
     assert same(outcome(out), before)
 
 
-def test_what_a_killed_process_left_is_removed(tmp_path):
+def test_leftovers_of_a_killed_process_are_removed(tmp_path):
     part = tmp_path / f".{config.CHECKPOINT}.0123abcd.part"
     part.write_bytes(b"half")
-    with launch.folders_alone(tmp_path, [tmp_path], before=[]):
+    with launch.exclusive_folders(tmp_path, [tmp_path], before=[]):
         assert not part.exists()
 
 
 # --- files ---
 
 
-def test_a_full_disk_is_named_and_training_goes_on_once_there_is_room(tmp_path, capsys):
-    out, said = tmp_path / "r", [*SAID, "--checkpoint-every", "1", "--model.units", "40"]
+def test_training_resumes_after_a_full_disk(tmp_path, capsys):
+    out, options = tmp_path / "r", [*OPTIONS, "--checkpoint-every", "1", "--model.units", "40"]
     with full_disk(20_000):
-        assert command("train", *said, "--out", out) == 2
+        assert command("train", *options, "--out", out) == 2
     line = f"npss-baselines train --resume --out {out}"
     assert capsys.readouterr().err == (
-        f"npss-baselines: error: cannot write {out / config.CHECKPOINT}: File too large; to go on: {line}\n"
+        f"npss-baselines: error: cannot write {out / config.CHECKPOINT}: File too large; to resume: {line}\n"
     )
     assert {file.name for file in out.iterdir()} == {config.FILE, launch.LOCK}
     assert command(*shlex.split(line)[1:]) == 0
 
 
 @pytest.mark.parametrize("share", [0, 0.1, 0.5, 0.9, 0.999])
-def test_a_checkpoint_that_was_cut_off_is_named(tmp_path, share):
+def test_errors_name_a_truncated_checkpoint(tmp_path, share):
     trained(tmp_path, configured("--iterations", "1"))
     content = (tmp_path / config.CHECKPOINT).read_bytes()
     (tmp_path / config.CHECKPOINT).write_bytes(content[: round(share * len(content))])
-    with pytest.raises(ValueError, match=r"last\.ckpt: not a checkpoint, or only a part of one"):
+    with pytest.raises(ValueError, match=r"last\.ckpt: not a checkpoint, or an incomplete one"):
         trained(tmp_path, configured("--iterations", "2"))
 
 
-def test_a_file_that_is_no_checkpoint_is_named(tmp_path):
+def test_errors_name_an_invalid_checkpoint(tmp_path):
     torch.save({"state": 1}, tmp_path / config.CHECKPOINT)
-    with pytest.raises(ValueError, match=r"last\.ckpt: not a checkpoint, .*it has no weights"):
+    with pytest.raises(ValueError, match=r"last\.ckpt: not a checkpoint, .*no weights in it"):
         trained(tmp_path, configured())
 
 
-# --- where the data are ---
+# --- the folder of the data ---
 
 
-def test_a_run_knows_its_data(tmp_path, capsys, monkeypatch):
-    """Where no option names them; before the environment."""
-    asked, here, moved = [], tmp_path / "h3.6m", tmp_path / "moved"
+def test_a_run_records_the_folder_of_its_data(tmp_path, capsys, monkeypatch):
+    """It is used if no option names one, before the environment variable."""
+    requested, here, moved = [], tmp_path / "h3.6m", tmp_path / "moved"
     here.mkdir()
 
     def data_of(configuration, root, cache):
-        asked.append(root)
+        requested.append(root)
         if not root.exists():
             raise FileNotFoundError(f"no Human3.6M in {root}")
         (task,) = synthetic_validation(2)
@@ -349,61 +361,61 @@ def test_a_run_knows_its_data(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(train, "data_of", data_of)
     monkeypatch.delenv("NPSS_H36M", raising=False)
     monkeypatch.chdir(tmp_path)
-    said = ["tiny", "--iterations", "2"]
-    assert command("train", *said, "--h36m", "h3.6m", "--out", "r") == 0
+    options = ["tiny", "--iterations", "2"]
+    assert command("train", *options, "--h36m", "h3.6m", "--out", "r") == 0
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
     monkeypatch.setenv("NPSS_H36M", str(tmp_path))
     assert command("train", "--resume", "--out", tmp_path / "r") == 0
     assert command("train", "--config", tmp_path / "r" / config.FILE, "--out", "again") == 0
-    assert command("train", *said, "--out", "other") == 0
-    assert asked == [Path("h3.6m"), here, here, tmp_path]
+    assert command("train", *options, "--out", "other") == 0
+    assert requested == [Path("h3.6m"), here, here, tmp_path]
     here.rename(moved)
     capsys.readouterr()
     assert command("train", "--resume", "--out", tmp_path / "r") == 2
     assert capsys.readouterr().err == (
-        f"npss-baselines: error: {here} is not there, where {tmp_path / 'r' / config.FILE} says that the data "
-        f"are; --h36m DIR gives another folder\n"
+        f"npss-baselines: error: {here}: no such folder; {tmp_path / 'r' / config.FILE} records it as "
+        f"the folder of the data; --h36m DIR replaces it\n"
     )
     assert command("train", "--resume", "--out", tmp_path / "r", "--h36m", moved) == 0
     assert config.paths_of(tmp_path / "r" / config.FILE) == {"h36m": moved}
-    several = [*said, "--seeds", "1", "2", "--out", tmp_path / "several"]
+    several = [*options, "--seeds", "1", "2", "--out", tmp_path / "several"]
     assert command("train", *several, "--h36m", moved) == 0
     assert command("train", *several, "--resume") == 0
-    assert asked[-1] == moved
+    assert requested[-1] == moved
 
 
-def test_a_run_does_not_go_on_with_other_motion(tmp_path):
+def test_a_run_does_not_resume_with_other_motion(tmp_path):
     trained(tmp_path, configured("--iterations", "1"), synthetic_training_set(3, 60))
-    with pytest.raises(ValueError, match=r"^--resume: .* was trained on other motion than there is now$"):
+    with pytest.raises(ValueError, match=r"^--resume: .* was trained on other motion than this$"):
         trained(tmp_path, configured("--iterations", "2"), synthetic_training_set(3, 61))
 
 
-def test_several_runs_go_on_by_the_whole_command(tmp_path, capsys, signalled):
-    several = [*SAID, "--seeds", "1", "2", "--out", str(tmp_path / "s")]
+def test_several_runs_resume_by_the_whole_command(tmp_path, capsys, signalled):
+    several = [*OPTIONS, "--seeds", "1", "2", "--out", str(tmp_path / "s")]
     signalled(signal.SIGTERM)
     with pytest.raises(SystemExit):
         command("train", *several)
     line = f"npss-baselines train {shlex.join(several)} --resume"
-    assert capsys.readouterr().err == f"npss-baselines: ended by SIGTERM; to go on: {line}\n"
+    assert capsys.readouterr().err == f"npss-baselines: stopped by SIGTERM; to resume: {line}\n"
     assert command(*shlex.split(line)[1:]) == 0
 
 
-def test_a_manifold_knows_its_motion(tmp_path, capsys, monkeypatch):
-    asked, cmu, h36m = [], tmp_path / "cmu", tmp_path / "h36m"
+def test_a_manifold_records_the_folders_of_its_motion(tmp_path, capsys, monkeypatch):
+    requested, cmu, h36m = [], tmp_path / "cmu", tmp_path / "h36m"
     for root in (cmu, h36m):
         root.mkdir()
     walks = motion_set(quick=True)
 
     def motion(folders, **_):
-        asked.append(folders)
-        if not all(root.exists() for root in asked[-1].values()):
+        requested.append(folders)
+        if not all(root.exists() for root in requested[-1].values()):
             raise FileNotFoundError("no clips")
         return walks
 
     monkeypatch.setattr(train_manifold, "motion_set", motion)
-    said = ["manifold", "--quick", "--model.widths", "[4,5]", "--whole.epochs", "1", "--layers.epochs", "0"]
-    assert command("train", *said, "--cmu", cmu, "--h36m", h36m, "--out", tmp_path / "m") == 0
+    options = ["manifold", "--quick", "--model.widths", "[4,5]", "--whole.epochs", "1", "--layers.epochs", "0"]
+    assert command("train", *options, "--cmu", cmu, "--h36m", h36m, "--out", tmp_path / "m") == 0
     assert command("train", "manifold", "--resume", "--out", tmp_path / "m") == 0
     file = tmp_path / "m" / manifold_config.FILE
     assert command("train", "manifold", "--config", file, "--out", tmp_path / "again") == 0
@@ -411,18 +423,21 @@ def test_a_manifold_knows_its_motion(tmp_path, capsys, monkeypatch):
     moved = cmu.rename(tmp_path / "moved")
     capsys.readouterr()
     assert command("train", "manifold", "--resume", "--out", tmp_path / "m") == 2
-    assert f"{cmu} is not there, where {file} says that the data are; --cmu DIR gives" in capsys.readouterr().err
+    assert (
+        f"{cmu}: no such folder; {file} records it as the folder of the data; --cmu DIR replaces it"
+        in capsys.readouterr().err
+    )
     assert command("train", "manifold", "--resume", "--out", tmp_path / "m", "--cmu", moved) == 0
     both = {"cmu": cmu, "h36m": h36m}
-    assert asked == [both, both, both, {"cmu": cmu}, both, {"cmu": moved, "h36m": h36m}]
+    assert requested == [both, both, both, {"cmu": cmu}, both, {"cmu": moved, "h36m": h36m}]
 
 
-# --- how long it takes ---
+# --- estimates of time ---
 
 
 @pytest.fixture
 def slow(monkeypatch):
-    """Let an iteration take some seconds, by a clock that nothing else moves."""
+    """Make an iteration take some seconds, by a clock that nothing else advances."""
     clock = SimpleNamespace(now=0.0, monotonic=lambda: clock.now)
     for module in (fitting, _progress):
         monkeypatch.setattr(module, "time", clock)
@@ -439,16 +454,16 @@ def slow(monkeypatch):
     return each
 
 
-def test_how_long_it_takes_is_said_at_once(tmp_path, capsys, slow):
-    """From the second iteration on, since the first one prepares things."""
+def test_the_total_time_is_estimated_at_once(tmp_path, capsys, slow):
+    """From the second iteration on, because the first one prepares things."""
     slow([100.0, *[2.0] * 9])
     trained(tmp_path, replace(configured(), recipe=replace(RECIPE, regime="open"), validate_every=10))
-    said = capsys.readouterr()
-    first, *later = said.err.splitlines()
+    captured = capsys.readouterr()
+    first, *later = captured.err.splitlines()
     assert first == "about 16 s for 10 iterations; --iterations N trains for fewer, all schedules in proportion"
     assert later == ["training: 60.0% done, about 8 s left"]
-    assert "\r" not in said.err
-    assert said.out == ""
+    assert "\r" not in captured.err
+    assert captured.out == ""
 
 
 def test_iterations_with_a_closed_loop_take_longer(tmp_path, capsys, slow):
@@ -461,14 +476,14 @@ def test_iterations_with_a_closed_loop_take_longer(tmp_path, capsys, slow):
     assert capsys.readouterr().err.startswith(f"about {round((3 * 34 + 5 * 42) / 60)} min for 10 iterations;")
 
 
-def test_what_is_over_soon_says_nothing(tmp_path, capsys, slow):
+def test_a_short_training_prints_no_estimate(tmp_path, capsys, slow):
     slow(0.9)
     trained(tmp_path, configured())
     assert capsys.readouterr().err == ""
 
 
 @pytest.mark.parametrize(("seconds", "expected"), [(7.0, [5, 10]), (20.0, [2, 10]), (310.0, list(range(1, 11)))])
-def test_the_first_checkpoint_comes_within_a_minute(tmp_path, monkeypatch, slow, seconds, expected):
+def test_the_first_checkpoint_is_written_within_a_minute(tmp_path, monkeypatch, slow, seconds, expected):
     slow(seconds)
     saved, save = [], checkpoint.AtomicIO.save_checkpoint
 
@@ -481,7 +496,7 @@ def test_the_first_checkpoint_comes_within_a_minute(tmp_path, monkeypatch, slow,
     assert saved == expected
 
 
-def test_a_run_that_is_resumed_says_what_is_left(tmp_path, capsys, slow, signalled):
+def test_a_resumed_run_prints_the_remaining_time(tmp_path, capsys, slow, signalled):
     signalled(signal.SIGTERM)
     with pytest.raises(Stopped):
         trained(tmp_path, configured())
@@ -493,16 +508,16 @@ def test_a_run_that_is_resumed_says_what_is_left(tmp_path, capsys, slow, signall
 # --- without torch ---
 
 
-def test_without_torch_each_command_says_what_to_install(tmp_path):
-    """And those that need none work."""
+def test_without_torch_each_command_prints_what_to_install(tmp_path):
+    """Commands that do not need it work."""
     (tmp_path / config.FILE).write_text("{}", encoding="utf-8")
     code = (
         "import sys; sys.modules['torch'] = None; from npss_baselines.__main__ import main\n"
-        "for said in sys.argv[1:]: print(main(said.split()), flush=True)"
+        "for line in sys.argv[1:]: print(main(line.split()), flush=True)"
     )
-    said = ["train", "train vgru-d --help", "params", f"predict {tmp_path} --out x.npz", "train manifold --quick"]
-    said += [f"evaluate {tmp_path} --synthetic", f"manifold table {tmp_path}", "evaluate zero-velocity --synthetic"]
-    done = subprocess.run([sys.executable, "-c", code, *said], capture_output=True, encoding="utf-8", check=True)
+    lines = ["train", "train vgru-d --help", "params", f"predict {tmp_path} --out x.npz", "train manifold --quick"]
+    lines += [f"evaluate {tmp_path} --synthetic", f"manifold table {tmp_path}", "evaluate zero-velocity --synthetic"]
+    done = subprocess.run([sys.executable, "-c", code, *lines], capture_output=True, encoding="utf-8", check=True)
     extras = ["all"] * 4 + ["manifold", "all", "manifold"]
     assert done.stderr.splitlines() == [
         f"npss-baselines: error: this needs torch, which is not installed; {install_hint(extra, baselines=True)}"
@@ -512,17 +527,17 @@ def test_without_torch_each_command_says_what_to_install(tmp_path):
     assert done.stdout.endswith("\n0\n")
 
 
-def test_what_a_run_is_not(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"^reading the run .*/nowhere: there is no such folder$"):
+def test_errors_name_an_invalid_run(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"^reading the run .*/nowhere: no such folder$"):
         folder.load(tmp_path / "nowhere")
-    with pytest.raises(FileNotFoundError, match=rf"^reading the run {tmp_path}: no config\.json there$"):
+    with pytest.raises(FileNotFoundError, match=rf"^reading the run {tmp_path}: no config\.json in it$"):
         folder.load(tmp_path)
     (tmp_path / config.FILE).write_text('{"paths": {"h36m": 1}}', encoding="utf-8")
     with pytest.raises(ValueError, match=r"config\.json: paths: expected an object of names and folders"):
         arguments.folder_of(SimpleNamespace(h36m=None, config=None), SOURCES["h36m"], [tmp_path])
 
 
-def test_a_full_disk_leaves_no_half_a_cache(tmp_path):
+def test_a_full_disk_leaves_no_partial_cache(tmp_path):
     text, cache = tmp_path / "walking_1.txt", tmp_path / "cache"
     text.write_text("\n".join([",".join(["0.5"] * 99)] * 40), encoding="utf-8")  # 16 kB in binary
     assert h36m._read(text, cache).shape == (40, 99)

@@ -1,4 +1,4 @@
-"""Recipes and their schedules; the losses against what is computed frame by frame."""
+"""Recipes and their schedules; losses compared with a computation frame by frame."""
 
 import dataclasses
 import json
@@ -21,7 +21,7 @@ EQ6 = ((0, 0.5),)
 
 
 class Leaky(MotionModel):
-    """A model small enough to be followed by hand: a leaky sum of what it read, plus its label."""
+    """A model that is simple enough to compute by hand: a leaky sum of its inputs, plus its label."""
 
     def __init__(self, n_actions=2):
         super().__init__(n_actions)
@@ -37,7 +37,7 @@ class Leaky(MotionModel):
 
 
 def follow(model, poses, label, own):
-    """The predictions of Leaky, step by step; at the steps of `own` it reads its last prediction."""
+    """Return the predictions of Leaky step by step; at the steps of `own`, it reads its last prediction."""
     leak, gain = model.leak.item(), model.gain.detach().numpy()
     memory, predictions = np.zeros_like(poses[:, 0]), []
     for t in range(poses.shape[1]):
@@ -85,7 +85,7 @@ def test_open_loop():
 
 
 def test_sampling_is_of_the_frames_after_the_seed_alone():
-    """Step S - 1 reads the last frame of the seed, and predicts the first target; the last frame is not asked for."""
+    """Step S - 1 reads the last seed frame and predicts the first target; the last frame is unused."""
     poses, label = windows()
     outputs = follow(Leaky(), poses[:, : S + K - 1], label, own=range(S, S + K - 1))[:, S - 1 :]
     expected = np.mean((outputs - poses[:, S : S + K]) ** 2)
@@ -96,7 +96,7 @@ def test_sampling_is_of_the_frames_after_the_seed_alone():
 
 @pytest.mark.numeric
 @pytest.mark.parametrize("length", [1, 2, 4, 6, 7])
-def test_auto_conditioning_reads_true_blocks_and_own_ones_in_turn(length):
+def test_auto_conditioning_reads_true_frames_and_outputs_in_turn(length):
     poses, label = windows()
     own = [t for t in range(S, S + K) if (t - S) // length % 2 == 1]
     outputs = follow(Leaky(), poses[:, :-1], label, own)
@@ -124,7 +124,7 @@ def test_noise_is_in_half_of_the_input_frames_and_in_no_target():
 
 
 @pytest.mark.numeric
-def test_noise_has_the_share_and_the_spread_that_it_should():
+def test_noise_has_the_right_share_and_standard_deviation():
     torch.manual_seed(0)
     poses = torch.zeros(50, 40, POSE, dtype=torch.float64)
     noise = noisy(poses, 0.3)
@@ -185,7 +185,7 @@ def test_npss_is_of_the_joints_in_radians_after_the_seed(regime, convention):
 
 
 @pytest.mark.numeric
-def test_npss_goes_backwards_to_every_parameter():
+def test_npss_has_a_gradient_for_every_parameter():
     poses, label = (torch.tensor(array) for array in windows())
     statistics = Statistics(torch.zeros(POSE).double(), torch.ones(POSE).double())
     model = Leaky()
@@ -211,7 +211,7 @@ def test_npss_needs_statistics():
         ((B, S + K + 1, POSE), (B,), "label: "),
     ],
 )
-def test_shapes_that_do_not_fit_are_refused(poses, label, message):
+def test_wrong_shapes_are_refused(poses, label, message):
     with pytest.raises(ValueError, match=message):
         measure(Leaky(), np.zeros(poses), np.zeros(label), recipe("open"))
 
@@ -219,7 +219,7 @@ def test_shapes_that_do_not_fit_are_refused(poses, label, message):
 # --- recipes ----------------------------------------------------------------------------------------------------------
 
 
-def test_the_schedules_of_the_paper_change_where_they_should():
+def test_the_schedules_of_the_paper():
     long = MODELS["vgru-d"].recipe
     for start, value in ((500, 0.2), (1000, 0.4), (2000, 0.6), (4000, 0.8), (7000, 1.0)):
         assert long.lambda_at(start) == value
@@ -254,7 +254,7 @@ def test_a_compressed_recipe_has_the_same_values_at_the_same_share(name, n):
     for share in np.linspace(0, 0.999, 200):
         early, late = share * n, share * whole.iterations
         for schedule, steps in starts.items():
-            # Steps are rounded to whole iterations: compare where none is within one of them.
+            # Steps are rounded to whole iterations: compare only where no step is within one iteration.
             if all(abs(step * n / whole.iterations - early) > 1 for step in steps):
                 assert getattr(short, schedule)(int(early)) == pytest.approx(getattr(whole, schedule)(int(late)))
     rest = ("iterations", "lr_milestones", "closed_weight", "noise_std")
@@ -265,7 +265,7 @@ def test_a_compressed_recipe_has_the_same_values_at_the_same_share(name, n):
     )
 
 
-def test_a_cosine_goes_from_the_rate_to_zero():
+def test_a_cosine_falls_from_the_rate_to_zero():
     chosen = Recipe(lr=1e-3, lr_schedule="cosine", iterations=500)
     assert [chosen.learning_rate(i) for i in (0, 125, 250, 500)] == pytest.approx(
         [1e-3, 1e-3 * (2 + 2**0.5) / 4, 5e-4, 0], abs=1e-12
@@ -323,7 +323,7 @@ def test_bad_fields_are_refused_by_name(fields, error):
         Recipe(**fields)
 
 
-def test_it_may_go_without_clipping():
+def test_clipping_is_optional():
     assert Recipe(clip_norm=None).clip_norm is None
 
 

@@ -15,11 +15,11 @@ from trainings import TINY
 
 MODELS.register("tiny", TINY)
 """
-SAID = ["--data", "synthetic", "--iterations", "3", "--recipe.batch", "2", "--device", "cpu"]
+OPTIONS = ["--data", "synthetic", "--iterations", "3", "--recipe.batch", "2", "--device", "cpu"]
 
 
 def forget():
-    """Be a process that has not imported the plugin."""
+    """Simulate a process that has not imported the plugin."""
     sys.modules.pop("my_model", None)
     MODELS._entries.pop("tiny", None)
     MODELS._plugins.pop("tiny", None)
@@ -28,21 +28,21 @@ def forget():
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """The folder of a run, in the current folder, which holds the plugin."""
+    """Return the folder of a run, in the current folder, beside the plugin."""
     folder = tmp_path_factory.mktemp("plugin")
     (folder / "my_model.py").write_text(PLUGIN, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setattr(sys, "path", list(sys.path))
-        assert main(["train", "tiny", *SAID, "--out", "run", "--plugin", "my_model"]) == 0
+        assert main(["train", "tiny", *OPTIONS, "--out", "run", "--plugin", "my_model"]) == 0
         forget()
         yield folder / "run"
         forget()
 
 
 def test_the_configuration_names_the_plugin(run):
-    stated = json.loads((run / "config.json").read_text(encoding="utf-8"))
-    assert (stated["name"], stated["plugins"]) == ("tiny", ["my_model"])
+    content = json.loads((run / "config.json").read_text(encoding="utf-8"))
+    assert (content["name"], content["plugins"]) == ("tiny", ["my_model"])
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_without_the_option_commands_stop_and_print_it(capsys, run, arguments):
     forget()
 
 
-def test_what_goes_on_with_a_run_names_the_plugin(capsys, run, monkeypatch):
+def test_the_resume_command_names_the_plugin(capsys, run, monkeypatch):
     from npss_baselines.training import trainer
 
     def interrupted(*arguments, **options):
@@ -78,6 +78,6 @@ def test_what_goes_on_with_a_run_names_the_plugin(capsys, run, monkeypatch):
 
     monkeypatch.setattr(trainer, "train_together", interrupted)
     with pytest.raises(SystemExit):
-        main(["--plugin", "my_model", "train", "tiny", *SAID, "--out", "interrupted"])
+        main(["--plugin", "my_model", "train", "tiny", *OPTIONS, "--out", "interrupted"])
     assert capsys.readouterr().err.endswith("train --resume --out interrupted --device cpu --plugin my_model\n")
     forget()

@@ -58,12 +58,12 @@ def test_parameters_and_groups_are_independent():
     assert (idle == 1).all()
     assert idle not in optimizer.state
     optimizer.zero_grad()
-    optimizer.step()  # without a gradient anywhere nothing moves, the moment included
+    optimizer.step()  # without any gradient, nothing changes, not even the moment
     np.testing.assert_allclose(first.detach().numpy(), by_hand(start, steps, rates), rtol=1e-12)
 
 
 def test_it_is_not_the_rmsprop_of_torch():
-    """torch's first step is the rate over sqrt(1 - decay), whatever the gradient; this one's is proportional to it."""
+    """torch's first step is the rate over sqrt(1 - decay) for every gradient; this one is proportional to it."""
     moved = {}
     for optimizer in (RMSpropTF, torch.optim.RMSprop):
         weight = torch.nn.Parameter(torch.zeros(2, dtype=torch.float64))
@@ -84,7 +84,7 @@ def test_a_lower_rate_does_not_slow_the_steps_already_taken():
     assert -weight.item() == pytest.approx(1.95 * first)
 
 
-def test_it_goes_on_from_a_stored_state():
+def test_it_continues_from_a_stored_state():
     steps, rates = gradients(10), [0.1] * 10
     weight = torch.nn.Parameter(torch.ones(3, 2, dtype=torch.float64))
     optimizer = RMSpropTF([weight], lr=0.1)
@@ -98,7 +98,7 @@ def test_it_goes_on_from_a_stored_state():
     np.testing.assert_allclose(weight.detach().numpy(), by_hand(np.ones((3, 2)), steps, rates), rtol=1e-12)
 
 
-def test_a_closure_is_asked_for_the_loss():
+def test_a_closure_computes_the_loss():
     weight = torch.nn.Parameter(torch.tensor([2.0]))
     optimizer = RMSpropTF([weight], lr=0.1)
 

@@ -54,8 +54,8 @@ def test_is_ranked_beside_predictors(capsys, run, tmp_path):
     assert float(paper["small"]["value"]) == alone["npss"]["paper"]
 
 
-def test_runs_and_files_of_one_name_are_told_apart(capsys, run, tmp_path):
-    """Runs over seeds are all called seed-N; a file of predictions may be called as a predictor is."""
+def test_runs_and_files_of_the_same_name_get_unique_names(capsys, run, tmp_path):
+    """All runs over seeds are called seed-N; a file of predictions may have the name of a predictor."""
     runs = [tmp_path / name for name in ("a/seed-0", "b/seed-0", "zero-velocity")]
     for folder in runs:
         shutil.copytree(run, folder)
@@ -78,15 +78,15 @@ def test_runs_and_files_of_one_name_are_told_apart(capsys, run, tmp_path):
 
 
 @pytest.mark.parametrize("command", ["evaluate", "leaderboard"])
-def test_a_model_is_named_once(capsys, run, command):
+def test_duplicate_models_are_refused(capsys, run, command):
     assert main([command, "zero-velocity", "zero-velocity", "--synthetic"]) == 2
-    assert "MODEL: 'zero-velocity' is there twice" in capsys.readouterr().err
+    assert "MODEL: duplicate 'zero-velocity'" in capsys.readouterr().err
     assert main([command, str(run), f"{run.parent}/../{run.parent.name}/{run.name}", "--synthetic"]) == 2
     assert "there is another file of a model 'small'" in capsys.readouterr().err
 
 
-def test_a_still_sequence_stays_one_over_draws():
-    """Of which there is no Euler error, in any draw."""
+def test_a_still_sequence_has_no_euler_error_over_draws():
+    """It has no Euler error in any draw."""
     gt, *preds = np.random.default_rng(0).normal(size=(4, 3, 25, 5))
     gt[1] = gt[1, 0]
     record = over_draws([measure(gt, pred, fps=25, at_ms=(80,), sequences=True, frames=25) for pred in preds])
@@ -95,12 +95,12 @@ def test_a_still_sequence_stays_one_over_draws():
     assert len(results_of_record({"model": "m", "action": "a", **record})) == 4
 
 
-def test_is_not_asked_for_what_it_was_not_trained_on(capsys, run, h36m_root):
+def test_only_trained_actions_are_predicted(capsys, run, h36m_root):
     command = ["leaderboard", str(run), "--h36m", str(h36m_root), "--actions", "walking"]
     assert main(command) == 2
-    assert "'small' has none of the actions asked for, walking" in capsys.readouterr().err
+    assert "'small' has none of the actions walking" in capsys.readouterr().err
 
 
-def test_folders_that_are_no_run(capsys, tmp_path):
+def test_folders_without_a_run(capsys, tmp_path):
     assert main(["evaluate", str(tmp_path), "--synthetic"]) == 2
-    assert "is not one of zero-velocity" in capsys.readouterr().err
+    assert "is neither one of zero-velocity" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Training: the same seed gives the same run, however often it is killed; and the commands, end to end."""
+"""Training: the same seed gives the same run, even if it is killed; and the commands, end to end."""
 
 import csv
 import json
@@ -40,7 +40,7 @@ from trainings import RECIPE, TINY, Tiny, TinyConfig, command, configured, outco
 pytestmark = pytest.mark.usefixtures("_tiny")
 
 
-# --- killed and resumed ---
+# --- interrupting and resuming ---
 
 
 @pytest.mark.parametrize(
@@ -53,15 +53,15 @@ pytestmark = pytest.mark.usefixtures("_tiny")
                 ("writing", 2),  # the first checkpoint
                 ("iteration", 2),  # iteration 2; number 1 is in the checkpoint
                 ("writing", 3),  # the first model, after iteration 3
-                ("written", 4),  # that model and its metrics are there, but not the checkpoint that goes with them
-                ("written", 5),  # now it is
+                ("written", 4),  # that model and its metrics, before their checkpoint
+                ("written", 5),  # after their checkpoint
                 ("written", 3),  # the checkpoints of iterations 4 and 5
             ],
         ),
         (0.5, [("iteration", 5), ("writing", 3)]),
     ],
 )
-def test_a_run_that_is_killed_again_and_again_ends_as_if_it_had_not_been(tmp_path, processes, average, moments):
+def test_a_run_that_is_killed_repeatedly_ends_like_an_uninterrupted_one(tmp_path, processes, average, moments):
     configuration = replace(configured(), average=average)
     expected = trained(tmp_path / "whole", configuration)
     out = tmp_path / "killed"
@@ -71,14 +71,14 @@ def test_a_run_that_is_killed_again_and_again_ends_as_if_it_had_not_been(tmp_pat
         process.join()
         assert process.exitcode == -signal.SIGKILL, (moment, number)
         if (out / weights.FILE).exists():
-            folder.load(out)  # what is there is whole
+            folder.load(out)  # existing files are complete
     assert trained(out, configuration) == expected
     assert same(outcome(out), outcome(tmp_path / "whole"))
-    assert trained(out, configuration) == expected  # nothing is left to do
+    assert trained(out, configuration) == expected  # nothing remains to do
     assert same(outcome(out), outcome(tmp_path / "whole"))
 
 
-# --- several at once ---
+# --- several runs at once ---
 
 
 def trained_together(out, configurations, device="cpu"):
@@ -92,8 +92,8 @@ def trained_together(out, configurations, device="cpu"):
 
 
 @pytest.mark.parametrize("optimizer", ["rmsprop-tf", "adam", "sgd"])
-def test_together_each_is_as_it_would_be_alone(tmp_path, optimizer):
-    """To the bit: batches, noise and dropout, the clipping of its own gradient, the moving average."""
+def test_runs_together_give_the_same_as_alone(tmp_path, optimizer):
+    """To the bit: batches, noise and dropout, gradient clipping, the moving average."""
     recipe = replace(RECIPE, optimizer=optimizer, momentum=0.9)
     several = [replace(configured(), recipe=recipe, average=0.5, seed=seed) for seed in (5, 6, 7)]
     rows = trained_together(tmp_path / "together", several)
@@ -104,7 +104,7 @@ def test_together_each_is_as_it_would_be_alone(tmp_path, optimizer):
 
 
 @pytest.mark.parametrize("device", ["cpu", "cuda"])
-def test_together_they_are_resumed(request, tmp_path, monkeypatch, device):
+def test_runs_together_can_be_resumed(request, tmp_path, monkeypatch, device):
     """From a checkpoint between two validations, which holds losses."""
     if device == "cuda":
         request.getfixturevalue("gpu")
@@ -123,7 +123,7 @@ def test_together_they_are_resumed(request, tmp_path, monkeypatch, device):
         with pytest.raises(OSError, match="no space"):
             trained_together(tmp_path / "cut", several, device)
     assert torch.load(tmp_path / "cut" / config.CHECKPOINT, weights_only=True)["losses"][1]["loss"].shape == (2,)
-    with pytest.raises(ValueError, match=r"^--resume: .*last\.ckpt is of 0, 1, not of 0$"):
+    with pytest.raises(ValueError, match=r"^--resume: .*last\.ckpt holds 0, 1, not 0$"):
         trained_together(tmp_path / "cut", several[:1], device)
     resumed = trained_together(tmp_path / "cut", several, device)
     for i, rows in enumerate(resumed):
@@ -136,14 +136,14 @@ def test_together_they_are_resumed(request, tmp_path, monkeypatch, device):
             assert (tmp_path / "cut" / i / file).read_bytes() == (tmp_path / "whole" / i / file).read_bytes()
 
 
-def test_what_cannot_be_trained_together(tmp_path):
+def test_different_runs_cannot_be_trained_together(tmp_path):
     several = [configured(), replace(configured(), seed=1, recipe=replace(RECIPE, lr=0.1))]
     with pytest.raises(ValueError, match=r"^runs: .*1 differs from .*0 in more than actions and seed"):
         trained_together(tmp_path, several)
 
 
-def test_graphs_are_captured_anew_where_the_loss_changes(tmp_path, monkeypatch):
-    """Captured is replaced by what it captures, called at the iteration at which it was captured."""
+def test_graphs_are_captured_again_when_the_loss_changes(tmp_path, monkeypatch):
+    """Captured is replaced by the captured loss, called with the iteration of its capture."""
     recipe = replace(RECIPE, noise_std=((5, 0.1),))
     captured, used = [], []
 
@@ -171,8 +171,8 @@ def test_graphs_are_captured_anew_where_the_loss_changes(tmp_path, monkeypatch):
 
 @pytest.mark.usefixtures("gpu")
 @pytest.mark.parametrize("name", ["tiny", "vgru-d"])
-def test_on_a_gpu_each_is_as_it_would_be_alone_and_resumed(tmp_path, monkeypatch, name):
-    """Graphs, one for each member and each weight of the closed loop: the losses up to rounding."""
+def test_on_a_gpu_runs_give_the_same_alone_together_and_resumed(tmp_path, monkeypatch, name):
+    """One graph for each member and each weight of the closed loop; losses are equal up to rounding."""
     spec, recipe = MODELS[name], replace(RECIPE, iterations=6, closed_weight=((0, 0.1), (3, 0.5)))
     small = spec.config if name == "tiny" else replace(spec.config, n_units=16)
     several = [replace(configured(), name=name, model=small, recipe=recipe, seed=seed) for seed in (5, 6, 7)]
@@ -209,18 +209,18 @@ def test_a_checkpoint_cannot_run_code(tmp_path):
     assert not (tmp_path / "ran").exists()
 
 
-# --- what an iteration does ---
+# --- an iteration ---
 
 
 @pytest.mark.parametrize("optimizer", ["rmsprop-tf", "adam", "sgd"])
-def test_training_is_the_plain_loop(tmp_path, optimizer):
-    """Against a loop written out: seeds, batches, loss, clipping, learning rate, moving average."""
+def test_training_equals_a_plain_loop(tmp_path, optimizer):
+    """Seeds, batches, loss, clipping, learning rate and moving average, compared with an explicit loop."""
     recipe = replace(RECIPE, optimizer=optimizer, momentum=0.9)
     configuration = replace(configured("--seed", "7"), recipe=recipe, select="last", average=0.8)
     training_set = synthetic_training_set(3, 60)
     before = torch.get_rng_state()
     rows = trained(tmp_path, configuration, training_set)
-    assert torch.equal(torch.get_rng_state(), before)  # torch's global generator is as it was
+    assert torch.equal(torch.get_rng_state(), before)  # torch's global generator is unchanged
 
     batches = windows.Batches(training_set, batch=4, n_seed=6, n_target=4, seed=7)
     torch.manual_seed(7)
@@ -243,7 +243,7 @@ def test_training_is_the_plain_loop(tmp_path, optimizer):
         losses.append(loss.item())
         now = {name: value.detach().clone() for name, value in model.state_dict().items()}
         average = now if average is None else {name: 0.8 * average[name] + 0.2 * now[name] for name in now}
-    assert max(norms) > 0.2  # clipping had something to do
+    assert max(norms) > 0.2  # clipping had an effect
     assert same(
         outcome(tmp_path)["weights"], outcome(tmp_path)["weights"] | {f"members.0.model.{k}": v for k, v in now.items()}
     )
@@ -260,7 +260,7 @@ def test_another_seed_is_another_run(tmp_path):
     assert all(a["loss"] != b["loss"] for a, b in zip(first, second, strict=True))
 
 
-def test_a_model_can_learn_a_window_by_heart(tmp_path):
+def test_a_model_can_memorise_a_window(tmp_path):
     training_set = synthetic_training_set(2, 500)
     clip = training_set.clips[0]
     one = replace(training_set, clips=(clip._replace(poses=clip.poses[: windows.FIRST + 7]),))
@@ -273,20 +273,20 @@ def test_a_model_can_learn_a_window_by_heart(tmp_path):
     assert rows[-1]["closed"] < 0.02 * of_the_mean_pose
 
 
-def test_training_that_diverges_says_so(tmp_path):
+def test_diverging_training_raises(tmp_path):
     configuration = configured("--recipe.lr", "1e38", "--recipe.optimizer", "sgd", "--recipe.clip_norm", "null")
     with pytest.raises(ValueError, match=r"^training of .* has diverged by iteration 3: the loss was \w+; try a lower"):
         trained(tmp_path, configuration)
     assert not (tmp_path / weights.FILE).exists()
 
 
-# --- which weights are kept ---
+# --- the choice of weights ---
 
 
 @pytest.mark.parametrize(
     ("select", "average"), [("released", None), ("paper", None), ("euler", None), ("last", None), ("released", 0.5)]
 )
-def test_the_weights_that_are_kept_are_the_best(tmp_path, select, average):
+def test_the_best_weights_are_kept(tmp_path, select, average):
     configuration = replace(configured("--select", select), average=average)
     rows = trained(tmp_path, configuration)
     of = {
@@ -299,7 +299,7 @@ def test_the_weights_that_are_kept_are_the_best(tmp_path, select, average):
     assert validation.best(rows, select) is expected
     with (tmp_path / metrics.FILE).open(encoding="utf-8") as file:
         assert [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)] == rows
-    # Measured anew, from the files.
+    # Measured again, from the files.
     (task,) = synthetic_validation(2)
     pred = folder.load(tmp_path).predictor("gait", seed=0)(task.seed_frames, 100)
     gt, pred = npss.poses_to_euler(task.target), npss.poses_to_euler(pred)
@@ -309,12 +309,12 @@ def test_the_weights_that_are_kept_are_the_best(tmp_path, select, average):
     assert [expected[f"euler_{time}"] for time in SLICES_MS] == [errors[time] for time in SLICES_MS]
     assert (average is None) == ("npss_paper_not_averaged" not in expected)
     with safe_open(tmp_path / weights.FILE, "pt") as file:
-        stated = json.loads(file.metadata()["validation"])
-    assert npss.parse_signature(stated.pop("signature"))["protocol"] == "synthetic-validation-2"
-    assert stated == expected
+        measured = json.loads(file.metadata()["validation"])
+    assert npss.parse_signature(measured.pop("signature"))["protocol"] == "synthetic-validation-2"
+    assert measured == expected
 
 
-def test_several_actions_count_alike():
+def test_actions_have_equal_weight():
     tasks = [task for n in (2, 3) for task in synthetic_validation(n)]
     alone = [validation.measure([zero_velocity], [task]) for task in tasks]
     both = validation.measure([zero_velocity] * 2, tasks)
@@ -356,7 +356,7 @@ def test_a_run_is_a_predictor(run):
     assert (first[..., others] == statistics.mean[others]).all()
 
 
-def test_numbers_over_draws_are_means_with_their_spread(run):
+def test_records_over_draws_hold_averages_and_standard_deviations(run):
     task = synthetic_task(3)
     predictor = folder.predictor_of(run, "gait", seed=4)
     single = [evaluate(run.name, predictor, task, sequences=True) for _ in range(5)]
@@ -380,7 +380,7 @@ def test_numbers_over_draws_are_means_with_their_spread(run):
         evaluate_run(run, task, draws=0)
 
 
-def test_a_predictor_leaves_the_mode_of_the_model(run):
+def test_a_predictor_preserves_the_mode_of_the_model(run):
     model, statistics = folder.load(run).model, folder.load(run).normalization
     (task,) = synthetic_validation(1)
     for mode in (True, False):
@@ -389,7 +389,7 @@ def test_a_predictor_leaves_the_mode_of_the_model(run):
         assert model.training is mode
 
 
-def test_what_cannot_be_predicted(run):
+def test_bad_input_of_a_predictor_is_refused(run):
     predictor = folder.predictor_of(run, "gait", seed=0)
     seed = synthetic_validation(1)[0].seed_frames
     with pytest.raises(ValueError, match=r"^action: this model was trained on gait, not on 'walking'"):
@@ -405,7 +405,7 @@ def test_what_cannot_be_predicted(run):
         predictor(seed, 3)
 
 
-def test_broken_runs_are_named(run):
+def test_errors_name_broken_runs(run):
     tensors = load_file(run / weights.FILE)
     wrong = [
         b"",
@@ -421,7 +421,9 @@ def test_broken_runs_are_named(run):
         with pytest.raises(ValueError, match=rf"{weights.FILE}: not the weights of the model in .*{config.FILE}"):
             folder.load(run)
     (run / weights.FILE).unlink()
-    with pytest.raises(FileNotFoundError, match=rf"{weights.FILE} is not there \(yet\)"):
+    with pytest.raises(
+        FileNotFoundError, match=rf"{weights.FILE}: no such file; a run writes it at its first validation"
+    ):
         folder.load(run)
 
 
@@ -429,10 +431,10 @@ def test_broken_runs_are_named(run):
 
 
 @pytest.mark.parametrize("name", ["vgru-d", "mbr-sup", "srnn"])
-def test_the_file_of_a_configuration_is_enough_to_repeat_it(tmp_path, name):
-    said = ["--actions", "eating", "walking", "--subjects", "1", "11", "--seed", "5", "--iterations", "1000"]
-    said += ["--average", "0.99", "--select", "euler", "--recipe.clip_norm", "null", "--validate-on", "eating"]
-    configuration, _ = arguments.parse([name, *said, "--out", str(tmp_path / "a")])
+def test_a_configuration_file_repeats_the_run(tmp_path, name):
+    options = ["--actions", "eating", "walking", "--subjects", "1", "11", "--seed", "5", "--iterations", "1000"]
+    options += ["--average", "0.99", "--select", "euler", "--recipe.clip_norm", "null", "--validate-on", "eating"]
+    configuration, _ = arguments.parse([name, *options, "--out", str(tmp_path / "a")])
     file = tmp_path / config.FILE
     config.write(file, configuration, "cpu")
     assert config.read(file) == configuration
@@ -461,44 +463,56 @@ def test_defaults_and_overrides():
     assert (changed.actions, changed.subjects, changed.validate_on) == (("gait",), (), ("gait",))
 
 
-def test_options_that_a_configuration_does_not_state_are_off(tmp_path):
-    """Runs that were made before there were such options were trained without them."""
+def test_missing_fields_of_older_configurations_are_off(tmp_path):
+    """Runs that are older than these options were trained without them."""
     configuration, _ = arguments.parse(["vgru-ac", "--data", "synthetic", "--out", str(tmp_path / "a")])
     config.write(tmp_path / config.FILE, configuration, "cpu")
-    stated = json.loads((tmp_path / config.FILE).read_text(encoding="utf-8"))
+    content = json.loads((tmp_path / config.FILE).read_text(encoding="utf-8"))
     for option in ("own_past", "restart_derivatives"):
-        assert stated["model"].pop(option) is False
-    (tmp_path / config.FILE).write_text(json.dumps(stated), encoding="utf-8")
+        assert content["model"].pop(option) is False
+    (tmp_path / config.FILE).write_text(json.dumps(content), encoding="utf-8")
     assert config.read(tmp_path / config.FILE) == configuration
-    said = ["vgru-ac", "--data", "synthetic", "--model.own_past", "true", "--out", str(tmp_path / "b")]
-    assert arguments.parse(said)[0].model == replace(configuration.model, own_past=True)
+    options = ["vgru-ac", "--data", "synthetic", "--model.own_past", "true", "--out", str(tmp_path / "b")]
+    assert arguments.parse(options)[0].model == replace(configuration.model, own_past=True)
 
 
 @pytest.mark.parametrize(
-    ("said", "message"),
+    ("options", "message"),
     [
         (["walker"], "MODEL: expected one of vgru-d, gru-d, .*, tiny, got 'walker'"),
-        ([], "MODEL: expected one of vgru-d, .*, or --config FILE"),
-        (["tiny", "--model.cell", "x"], "unrecognized arguments: --model.cell x; there are --model.dropout, --model.n"),
-        (["tiny", "--recipe.rate", "x"], "unrecognized arguments: .*; there are --recipe.batch, .*, --recipe.reg"),
+        ([], "MODEL: expected one of vgru-d, .*; or give --config FILE"),
+        (
+            ["tiny", "--model.cell", "x"],
+            "unrecognized arguments: --model.cell x; the options are --model.dropout, --model.n",
+        ),
+        (
+            ["tiny", "--recipe.rate", "x"],
+            "unrecognized arguments: .*; the options are --recipe.batch, .*, --recipe.reg",
+        ),
         (["tiny", "--actoins", "x"], "unrecognized arguments: --actoins x; did you mean --actions\\?$"),
         (["tiny", "--iteration", "9"], "unrecognized arguments: --iteration 9; did you mean --iterations\\?$"),
         (["tiny", "--recipe.iteration", "9"], "unrecognized arguments: .*; did you mean --recipe.iterations\\?$"),
-        (["tiny", "--colour", "x"], "unrecognized arguments: .*; there are --actions, .*, --validate-every"),
+        (["tiny", "--colour", "x"], "unrecognized arguments: .*; the options are --actions, .*, --validate-every"),
         (["tiny", "--model.units", "many"], 'Parser key "model.units":\\n.*Got value: many'),
         (["tiny", "--recipe.lr", "-1"], "lr: expected a positive, finite number, got -1.0"),
         (
             ["tiny", "--action", "wlking"],
-            "actions: expected some of directions, .*, walkingtogether, each once; got wl",
+            "actions: expected one or more of directions, .*, walkingtogether, without duplicates; got wl",
         ),
-        (["tiny", "--action", "walking", "walking"], "actions: .* each once; got walking, walking"),
+        (["tiny", "--action", "walking", "walking"], "actions: .* without duplicates; got walking, walking"),
         (
             ["tiny", "--data", "synthetic", "--action", "eating"],
-            "actions: expected some of gait, each once; got eating",
+            "actions: expected one or more of gait, without duplicates; got eating",
         ),
-        (["tiny", "--validate-on", "eating"], "validate_on: expected some of walking, each once; got eating"),
-        (["tiny", "--subjects", "5"], "subjects: expected some of 1, 6, 7, 8, 9, 11, each once; got 5"),
-        (["tiny", "--data", "synthetic", "--subjects", "1"], "subjects: expected some of none, each once; got 1"),
+        (
+            ["tiny", "--validate-on", "eating"],
+            "validate_on: expected one or more of walking, without duplicates; got eating",
+        ),
+        (["tiny", "--subjects", "5"], "subjects: expected one or more of 1, 6, 7, 8, 9, 11, without duplicates; got 5"),
+        (
+            ["tiny", "--data", "synthetic", "--subjects", "1"],
+            "subjects: expected one or more of none, without duplicates; got 1",
+        ),
         (["tiny", "--seed", "-1"], "seed: expected an integer from 0"),
         (["tiny", "--average", "1"], "average: expected a decay between 0 and 1, got 1.0"),
         (["tiny", "--validate-every", "0"], "validate_every: expected a positive integer"),
@@ -507,33 +521,33 @@ def test_options_that_a_configuration_does_not_state_are_off(tmp_path):
         (["tiny", "--device", "abacus"], "argument --device: invalid choice: 'abacus'"),
     ],
 )
-def test_bad_arguments_are_answered_with_what_there_is(said, message):
+def test_errors_of_arguments_list_the_choices(options, message):
     with pytest.raises(ValueError, match=f"^{message}"):
-        arguments.parse([*said, "--out", "nowhere"])
+        arguments.parse([*options, "--out", "nowhere"])
 
 
 def test_a_run_needs_a_folder():
-    with pytest.raises(ValueError, match=r"^--out RUN names the folder of the run"):
+    with pytest.raises(ValueError, match=r"^--out RUN is required: the folder of the run"):
         arguments.parse(["tiny"])
 
 
 @pytest.mark.parametrize(
-    ("stated", "message"),
+    ("content", "message"),
     [
         ([], r"expected an object, got \[\]"),
         ({"model": {}}, "name: expected one of .*, got None"),
-        ({"name": "tiny", "colour": 1}, "there is no 'colour'; there are made_with, paths, plugins, name, model, .*"),
-        ({"name": "tiny", "model": {"cell": 1}}, "model: there is no 'cell'; there are units, dropout, noise"),
-        ({"name": "tiny", "recipe": {"class_path": "hostile.Recipe"}}, "recipe: there is no 'class_path'"),
+        ({"name": "tiny", "colour": 1}, "unknown field 'colour'; expected made_with, paths, plugins, name, model, .*"),
+        ({"name": "tiny", "model": {"cell": 1}}, "model: unknown field 'cell'; expected units, dropout, noise"),
+        ({"name": "tiny", "recipe": {"class_path": "hostile.Recipe"}}, "recipe: unknown field 'class_path'"),
         ({"name": "tiny", "model": "hostile.json"}, "model: expected an object, got 'hostile.json'"),
         ({"name": "tiny", "model": {"units": "many"}}, 'Parser key "model.units"'),
         ({"name": "tiny", "actions": "walking"}, "actions: expected a sequence"),
         ({"name": "tiny", "seed": None}, "seed: expected an integer, got None"),
     ],
 )
-def test_a_file_that_is_no_configuration_is_named(tmp_path, stated, message):
+def test_errors_name_an_invalid_configuration_file(tmp_path, content, message):
     file = tmp_path / "some.json"
-    file.write_text(json.dumps(stated), encoding="utf-8")
+    file.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(ValueError, match=rf"some\.json: {message}"):
         config.read(file)
     file.write_bytes(b"\xff{")
@@ -541,7 +555,7 @@ def test_a_file_that_is_no_configuration_is_named(tmp_path, stated, message):
         config.read(file)
 
 
-def test_how_a_configuration_is_written_does_not_matter(tmp_path):
+def test_the_formatting_of_a_configuration_does_not_matter(tmp_path):
     file = tmp_path / "some.json"
     file.write_text('{"name": "tiny"}', encoding="utf-8-sig")
     assert config.read(file).name == "tiny"
@@ -557,13 +571,13 @@ def test_how_a_configuration_is_written_does_not_matter(tmp_path):
 
 
 def test_help_names_models_and_their_fields(capsys):
-    for said, expected in (
+    for options, expected in (
         (["train", "--help"], "vgru-d, gru-d"),
         (["train", "tiny", "-h"], "--model.units"),
         (["--help"], "train a model"),
     ):
         with pytest.raises(SystemExit) as done:
-            command(*said)
+            command(*options)
         assert done.value.code == 0
         assert expected in " ".join(capsys.readouterr().out.split())
 
@@ -577,13 +591,13 @@ def test_help_names_models_and_their_fields(capsys):
     ],
 )
 def test_from_training_to_a_score_without_data(tmp_path, capsys, monkeypatch, arguments):
-    monkeypatch.setattr(_progress, "_FIRST", math.inf)  # a slow machine has something to say of progress
+    monkeypatch.setattr(_progress, "_FIRST", math.inf)  # no progress lines on a slow machine
     out = tmp_path / "run"
     assert command("train", *arguments, "--data", "synthetic", "--iterations", 3, "--out", out) == 0
-    said = capsys.readouterr()
-    assert said.err == ""
-    assert "the weights of iteration" in said.out
-    assert "npss+euler_error|version:1|convention:released+paper|" in said.out
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    assert "weights of iteration" in captured.out
+    assert "npss+euler_error|version:1|convention:released+paper|" in captured.out
     assert {file.name for file in out.iterdir()} == {
         *(config.FILE, weights.FILE, config.CHECKPOINT, metrics.FILE, launch.LOCK)
     }
@@ -596,7 +610,7 @@ def test_from_training_to_a_score_without_data(tmp_path, capsys, monkeypatch, ar
     assert np.array_equal(pair.pred, predicted)
 
 
-def test_samples_are_read_by_those_who_read_samples(run, capsys):
+def test_the_other_commands_read_samples(run, capsys):
     for name in ("samples.h5", "samples.npz"):
         assert command("predict", run, "--out", run / name) == 0
         capsys.readouterr()
@@ -610,7 +624,7 @@ def test_samples_are_read_by_those_who_read_samples(run, capsys):
 def test_a_command_can_be_repeated_and_resumed(tmp_path, capsys):
     first, second = tmp_path / "first", tmp_path / "second"
     arguments = ["--data", "synthetic", "--iterations", 4, "--validate-every", 2]
-    assert command("train", "tiny", *arguments, "--out", first, "--resume") == 0  # had not begun
+    assert command("train", "tiny", *arguments, "--out", first, "--resume") == 0  # had not started
     assert command("train", "--config", first / config.FILE, "--out", second) == 0
     assert same(outcome(first), outcome(second))
     assert (first / weights.FILE).read_bytes() == (second / weights.FILE).read_bytes()
@@ -618,15 +632,15 @@ def test_a_command_can_be_repeated_and_resumed(tmp_path, capsys):
     assert command("train", "--resume", "--out", first) == 0
     assert same(outcome(first), outcome(second))
     capsys.readouterr()
-    given = ["--config", first / config.FILE, "--seed", 1, "--resume", "--out", tmp_path / "fourth"]
-    assert command("train", *given) == 0  # resumes nothing, so nothing is changed
+    fourth = ["--config", first / config.FILE, "--seed", 1, "--resume", "--out", tmp_path / "fourth"]
+    assert command("train", *fourth) == 0  # resumes nothing, so nothing is changed
     for wrong, message in (
-        (["tiny", *arguments, "--out", first], f"--out: there is a run in {first} already; --resume goes on with it"),
-        (["gru-d", "--out", first, "--resume"], f"MODEL: 'gru-d', but {first / config.FILE} is of a 'tiny'"),
+        (["tiny", *arguments, "--out", first], f"--out: {first} already holds a run; --resume continues it"),
+        (["gru-d", "--out", first, "--resume"], f"MODEL: 'gru-d', but {first / config.FILE} configures 'tiny'"),
         (["--out", first, "--resume", "--seed", 1], f"--resume: {first / config.FILE} has another value of seed; "),
         (
             ["--out", tmp_path / "third", "--resume"],
-            f"--resume: no config.json in {tmp_path / 'third'}; to begin a run",
+            f"--resume: no config.json in {tmp_path / 'third'}; to start a run",
         ),
         (
             ["--out", tmp_path / "third", "--config", "nowhere.json"],
@@ -638,70 +652,75 @@ def test_a_command_can_be_repeated_and_resumed(tmp_path, capsys):
 
 
 def test_a_command_trains_several_at_once(tmp_path, capsys):
-    said = ["tiny", "--data", "synthetic", "--iterations", 4, "--validate-every", 2]
-    several = [*said, "--seeds", 3, 1, "--out", tmp_path / "several"]
+    options = ["tiny", "--data", "synthetic", "--iterations", 4, "--validate-every", 2]
+    several = [*options, "--seeds", 3, 1, "--out", tmp_path / "several"]
     assert command("train", *several) == 0
     printed = capsys.readouterr().out
-    assert command("train", *said, "--seed", 1, "--out", tmp_path / "one") == 0
+    assert command("train", *options, "--seed", 1, "--out", tmp_path / "one") == 0
     names = {file.name for file in (tmp_path / "several").iterdir()} - {launch.LOCK}
     assert names == {"seed-1", "seed-3", config.CHECKPOINT}
     for name in names - {config.CHECKPOINT}:
-        assert f"{name}/{weights.FILE}: the weights of iteration" in printed
+        assert f"{name}/{weights.FILE}: weights of iteration" in printed
     for file in (config.FILE, weights.FILE, metrics.FILE):
         assert (tmp_path / "several" / "seed-1" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
     assert command("train", *several, "--resume") == 0
     capsys.readouterr()
     before = sorted(tmp_path.rglob("*"))
     for wrong, message in (
-        (several, f"--out: there is a run in {tmp_path}/several/seed-3 already; --resume goes on with it"),
+        (several, f"--out: {tmp_path}/several/seed-3 already holds a run; --resume continues it"),
         ([*several, "--resume", "--average", 0.5], "seed-3/config.json has another value of average"),
-        ([*said, "--seeds", 1, "--resume", "--out", tmp_path / "one"], f"--out: {tmp_path}/one is a run, not a folder"),
-        ([*said, "--seeds", 1, 1, "--out", tmp_path / "new"], "--seeds: expected each once; got 1, 1"),
-        ([*said, "--seeds", 1, "--seed", 1, "--out", tmp_path / "new"], "--seed: --seeds says which already"),
-        ([*said, "--seeds", 3, "--out", tmp_path / "several", "--resume"], "last.ckpt is of seed-3, seed-1, not of se"),
-        ([*several, "--resume", "--seeds", 3, 1, 2], "several has other runs already, and seed-2 is none of them"),
-        ([*said, "--seeds", 2, "--out", tmp_path / "several"], "has other runs already, and seed-2 is none of them"),
-        ([*said, "--out", tmp_path / "several"], f"--out: {tmp_path}/several is a folder of several runs, of --seeds"),
-        (["--resume", "--out", tmp_path / "several" / "seed-1"], f"is one of several runs; name --out {tmp_path}/sev"),
-        ([*said, "--seeds", -1, "--out", tmp_path / "new"], "seed: expected an integer from 0 to 2**32 - 1"),
+        (
+            [*options, "--seeds", 1, "--resume", "--out", tmp_path / "one"],
+            f"--out: {tmp_path}/one is a run, not a folder",
+        ),
+        ([*options, "--seeds", 1, 1, "--out", tmp_path / "new"], "--seeds: expected different seeds, got 1, 1"),
+        ([*options, "--seeds", 1, "--seed", 1, "--out", tmp_path / "new"], "--seed: not allowed with --seeds"),
+        ([*options, "--seeds", 3, "--out", tmp_path / "several", "--resume"], "last.ckpt holds seed-3, seed-1, not se"),
+        ([*several, "--resume", "--seeds", 3, 1, 2], "several holds other runs, and seed-2 is not among them"),
+        ([*options, "--seeds", 2, "--out", tmp_path / "several"], "holds other runs, and seed-2 is not among them"),
+        ([*options, "--out", tmp_path / "several"], f"--out: {tmp_path}/several holds the runs of --seeds"),
+        (["--resume", "--out", tmp_path / "several" / "seed-1"], f"is one of several runs; give --out {tmp_path}/sev"),
+        ([*options, "--seeds", -1, "--out", tmp_path / "new"], "seed: expected an integer from 0 to 2**32 - 1"),
     ):
         assert command("train", *wrong) == 2
         assert message in capsys.readouterr().err
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_a_model_for_each_action_is_trained(tmp_path):
-    said = ["tiny", "--data", "synthetic", "--iterations", 2]
-    assert command("train", *said, "--apart", "--out", tmp_path / "apart") == 0
-    assert command("train", *said, "--out", tmp_path / "one") == 0
+def test_apart_trains_a_model_for_each_action(tmp_path):
+    options = ["tiny", "--data", "synthetic", "--iterations", 2]
+    assert command("train", *options, "--apart", "--out", tmp_path / "apart") == 0
+    assert command("train", *options, "--out", tmp_path / "one") == 0
     for file in (config.FILE, weights.FILE, metrics.FILE):
         assert (tmp_path / "apart" / "gait" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
 
 
-def test_models_of_single_actions_are_runs_of_their_own(tmp_path):
-    said = ["tiny", "--actions", "eating", "walking", "--apart", "--out", str(tmp_path)]
-    of = dict.fromkeys(("eating", "walking"))
-    for configuration, out in arguments.runs_of(*arguments.parse(said)):
+def test_apart_and_seeds_give_separate_runs(tmp_path):
+    options = ["tiny", "--actions", "eating", "walking", "--apart", "--out", str(tmp_path)]
+    configurations = dict.fromkeys(("eating", "walking"))
+    for configuration, out in arguments.runs_of(*arguments.parse(options)):
         assert configuration.actions == configuration.validate_on == (out.name,)
-        of[out.name] = configuration
-    assert of["walking"] == arguments.parse(["tiny", "--action", "walking", "--out", "nowhere"])[0]
-    both = arguments.runs_of(*arguments.parse([*said, "--seeds", "0", "4"]))
+        configurations[out.name] = configuration
+    assert configurations["walking"] == arguments.parse(["tiny", "--action", "walking", "--out", "nowhere"])[0]
+    both = arguments.runs_of(*arguments.parse([*options, "--seeds", "0", "4"]))
     assert [out.name for _, out in both] == ["eating-seed-0", "eating-seed-4", "walking-seed-0", "walking-seed-4"]
     assert [configuration.seed for configuration, _ in both] == [0, 4, 0, 4]
-    with pytest.raises(ValueError, match=r"^--validate-on: with --apart, each model is validated on its own action"):
-        arguments.runs_of(*arguments.parse([*said, "--validate-on", "eating"]))
+    with pytest.raises(
+        ValueError, match=r"^--validate-on: not allowed with --apart, which validates each model on its action"
+    ):
+        arguments.runs_of(*arguments.parse([*options, "--validate-on", "eating"]))
 
 
-def test_what_commands_refuse(run, tmp_path, capsys, monkeypatch):
+def test_commands_refuse_bad_input(run, tmp_path, capsys, monkeypatch):
     monkeypatch.delenv("NPSS_H36M", raising=False)
     for wrong, message in (
         (
             ["train", "tiny", "--out", tmp_path / "new"],
-            "--h36m DIR names the folder of Human3.6M's dataset/; --data synthetic is a generated gait",
+            "no source of motion: give --h36m DIR (folder of Human3.6M, with dataset/ in it) or --data synthetic",
         ),
         (
             ["predict", tmp_path / "nowhere", "--out", "x.h5"],
-            f"error: reading the run {tmp_path}/nowhere: there is no such folder",
+            f"error: reading the run {tmp_path}/nowhere: no such folder",
         ),
         (
             ["train", "tiny", "--data", "synthetic", "--device", "cpu", "--tf32", "--out", tmp_path / "new"],
@@ -718,15 +737,15 @@ def test_what_commands_refuse(run, tmp_path, capsys, monkeypatch):
 
 
 @pytest.mark.parametrize("terminal", [True, False])
-def test_terminals_and_no_others_see_how_far_it_is(tmp_path, capsys, monkeypatch, terminal):
+def test_only_terminals_see_the_progress_bar(tmp_path, capsys, monkeypatch, terminal):
     monkeypatch.setattr(sys.stdout, "isatty", lambda: terminal)
     trained(tmp_path, configured("--iterations", "2"))
-    said = capsys.readouterr()
-    assert ("2/2" in said.out and "loss=" in said.out) is terminal
-    assert terminal or said.out == said.err == ""
+    captured = capsys.readouterr()
+    assert ("2/2" in captured.out and "loss=" in captured.out) is terminal
+    assert terminal or captured.out == captured.err == ""
 
 
-def test_tensorboard_logs_what_the_table_holds(tmp_path):
+def test_tensorboard_logs_hold_the_rows_of_the_table(tmp_path):
     pytest.importorskip("tensorboard")
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 

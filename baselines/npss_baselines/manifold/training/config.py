@@ -19,7 +19,7 @@ from npss_baselines.manifold.model.initialization import INITIALIZATIONS
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.scaling import SCALES
 from npss_baselines.manifold.training.recipe import RECIPES, Recipe, Stage
-from npss_baselines.runs.config import FILE, NOTES, check_fields, stated_in, there_are, write
+from npss_baselines.runs.config import FILE, NOTES, HelpFormatter, check_fields, option_hint, read_fields, write
 
 __all__ = ["FILE", "Configuration", "Data", "data_of", "read", "write"]
 
@@ -199,7 +199,7 @@ def read(path: Path) -> Configuration:
     FileNotFoundError, ValueError
         If the file is missing or invalid. The message names it.
     """
-    values = stated_in(path)
+    values = read_fields(path)
     try:
         check_fields("", values, [*NOTES, *(field.name for field in fields(Configuration))])
         values = {name: value for name, value in values.items() if name not in NOTES}
@@ -227,6 +227,7 @@ def parser_of(default: Configuration) -> jsonargparse.ArgumentParser:
         exit_on_error=False,
         allow_abbrev=False,
         parser_mode="json",
+        formatter_class=HelpFormatter,
     )
     parser.add_argument("--scale", choices=SCALES, help="features that share a scale")
     parser.add_argument("--size", type=float, help="standard deviation of scaled features; for none, a factor")
@@ -249,6 +250,6 @@ def configuration_of(
     try:
         parsed = parser.instantiate(parse())
     except argparse.ArgumentError as error:
-        raise ValueError(f"{error}{there_are(parser.get_defaults().keys(), str(error))}") from None
+        raise ValueError(f"{error}{option_hint(parser.get_defaults().keys(), str(error))}") from None
     names = [field.name for field in fields(Configuration) if field.name not in ("name", "quick", "data")]
     return replace(default, **{name: parsed[name] for name in names})

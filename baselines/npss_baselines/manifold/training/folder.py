@@ -14,7 +14,7 @@ from npss_baselines.manifold.motion.scaling import Scaling
 from npss_baselines.manifold.training import config
 from npss_baselines.manifold.training.config import Configuration
 from npss_baselines.runs import weights
-from npss_baselines.runs.config import of_run
+from npss_baselines.runs.config import file_in
 
 _PART = "network"  # name of the network in the weights file
 
@@ -67,7 +67,7 @@ def load(path: Path) -> Run:
     FileNotFoundError, ValueError
         If a file is missing, broken or does not match the other. The message names it.
     """
-    configuration = config.read(of_run(path))
+    configuration = config.read(file_in(path))
     with torch.random.fork_rng(devices=[]):  # the random weights are replaced below
         network = Autoencoder(configuration.model)
     shapes = dict.fromkeys(("mean", "scale"), (configuration.model.n_features,))
