@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from npss_baselines.manifold.evaluation.testbed import Testbed
 
 _RESTORE = {
-    "project": "uncorrupted windows",
-    "repair": "windows that lost each value with probability .5",
-    "kinect": "windows from a simulated depth camera: jitter, drop-outs, an occluded limb",
-    "fill": "windows without right wrist and hand",
-    "inbetween": "windows of stepped keys: every 15th frame, held",
+    "project": "reconstruct uncorrupted windows",
+    "repair": "restore windows that lost each value with probability .5",
+    "kinect": "restore windows from a simulated depth camera: jitter, drop-outs, an occluded limb",
+    "fill": "restore windows without right wrist and hand",
+    "inbetween": "restore windows of stepped keys: every 15th frame, held",
 }
 
 
@@ -37,8 +37,8 @@ def add_parser(commands: Any) -> None:
         description="Apply a trained motion manifold, from `npss-baselines train manifold`.",
     )
     applications = parser.add_subparsers(title="applications", required=True, metavar="APPLICATION")
-    for application, windows in _RESTORE.items():
-        restore = _add(applications, application, f"restore {windows}", run_restoration)
+    for application, summary in _RESTORE.items():
+        restore = _add(applications, application, summary, run_restoration)
         restore.add_argument("--clip", metavar="CLIP", help="clip of a held-out subject to draw (default: the first)")
         restore.set_defaults(application=application)
     interpolate = _add(applications, "interpolate", "interpolate two motions in the hidden space", run_interpolation)

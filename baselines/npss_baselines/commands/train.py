@@ -62,10 +62,10 @@ def run(options: argparse.Namespace) -> None:
             together, options.out, device=device, tf32=options.tf32, tensorboard=options.tensorboard
         )
     for (run, _, tasks, out), measured in zip(together, rows, strict=True):
-        kept = validation.best(measured, run.select)
+        best = validation.best(measured, run.select)
         print(
-            f"{out / weights.FILE}: weights of iteration {kept['iteration']:.0f} of {measured[-1]['iteration']:.0f}, "
-            f"validation NPSS {kept['npss_released']:.4f} (released) and {kept['npss_paper']:.4f} (paper)"
+            f"{out / weights.FILE}: weights of iteration {best['iteration']:.0f} of {measured[-1]['iteration']:.0f}, "
+            f"validation NPSS {best['npss_released']:.4f} (released) and {best['npss_paper']:.4f} (paper)"
         )
         print(f"    {validation.signature(tasks)}")
 

@@ -253,8 +253,8 @@ class VTLN(MotionModel):
             return None
         # Four values from each random word of 64 bits, several times faster than one each: p is exact to 2**-17.
         words = torch.empty(n, batch, (n_columns + 3) // 4, dtype=torch.int64, device=like.device)
-        kept = words.random_(-(2**63), None).view(torch.int16)[..., :n_columns] >= round(p * 2**16) - 2**15
-        rows = kept.flatten(0, 1) if arrange is None else arrange(kept)
+        mask = words.random_(-(2**63), None).view(torch.int16)[..., :n_columns] >= round(p * 2**16) - 2**15
+        rows = mask.flatten(0, 1) if arrange is None else arrange(mask)
         return rows.to(like.dtype).mul_(1 / (1 - p))
 
 

@@ -574,12 +574,16 @@ def test_help_names_models_and_their_fields(capsys):
     for options, expected in (
         (["train", "--help"], "vgru-d, gru-d"),
         (["train", "tiny", "-h"], "--model.units"),
+        (["train", "-h"], "seed for the initial weights and every iteration (default: 0)"),
+        (["train", "-h"], "--out RUN folder of the run, created if missing --config"),
         (["--help"], "train a model"),
     ):
         with pytest.raises(SystemExit) as done:
             command(*options)
         assert done.value.code == 0
-        assert expected in " ".join(capsys.readouterr().out.split())
+        text = " ".join(capsys.readouterr().out.split())
+        assert expected in text
+        assert "<" not in text  # no Python types
 
 
 @pytest.mark.parametrize(
