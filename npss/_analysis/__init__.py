@@ -1,1 +1,1 @@
-"""What a score tells: reports, comparisons, intervals, tests, pitfalls."""
+"""Conclusions from scores: reports, comparisons, intervals, tests, pitfalls."""

@@ -1,4 +1,4 @@
-"""Blocks: groups of sequences that depend on each other, the unit of everything that is said of chance."""
+"""Blocks: groups of sequences that depend on each other, the unit of every p-value and interval."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ import numpy as np
 
 from npss.validation import Float64, each, is_integer
 
-#: The rules by which intervals and p-values are made, and ground truths recognised; records state it.
+#: The version of the rules for intervals, p-values and fingerprints of ground truths; records state it.
 STATISTICS_VERSION = 2
-#: What chance is told of, in words that a page can print.
+#: The scope of the inference, as text for a page.
 INFERRED = (
     "Inferred: other blocks of this kind, such as other stretches of these recordings; never other people, unless each "
     "block is a person."
 )
 
-#: What names a block.
+#: The name of a block.
 Label = str | int
-#: The block of each sequence, None for one that is in none; or None: each sequence is its own.
+#: The block of each sequence, or None for a sequence in no block; None alone: each sequence is its own block.
 Groups = tuple[Label | None, ...] | None
 
 
 def statistics_version(sequences: Mapping[str, Any]) -> int:
-    """Return by which rules the ``sequences`` of a record are to be read; older records state none, and are of 1.
+    """Return the version of the rules for the ``sequences`` of a record; older records state none, which means 1.
 
     Raises
     ------
     ValueError
-        If they are of rules that are not known here.
+        If the version is unknown.
     """
     version = sequences.get("statistics", 1)
     if isinstance(version, bool) or version not in range(1, STATISTICS_VERSION + 1):
@@ -42,12 +42,12 @@ def statistics_version(sequences: Mapping[str, Any]) -> int:
 
 
 def read_groups(name: str, groups: Iterable[object] | None, n: int) -> Groups:
-    """Read the labels of `n` sequences: text, whole numbers, or None for a sequence that is in no block.
+    """Read the labels of `n` sequences: text, whole numbers, or None for a sequence in no block.
 
     Raises
     ------
     TypeError, ValueError
-        If there is not one for each sequence, one is something else, or all are None.
+        If the number of labels is not `n`, a label is anything else, or all are None.
     """
     if groups is None:
         return None
@@ -58,21 +58,21 @@ def read_groups(name: str, groups: Iterable[object] | None, n: int) -> Groups:
         if not (label is None or isinstance(label, str) or is_integer(label)):
             raise TypeError(f"{name}: expected text, a whole number, or None for no block, got {label!r} at {i}")
         if label == "":
-            raise ValueError(f"{name}: empty text at {i}; None says that a sequence is in no block")
+            raise ValueError(f"{name}: empty text at {i}; use None for a sequence in no block")
     if all(label is None for label in labels):
         raise ValueError(f"{name}: no sequence is in a block")
     return tuple(int(label) if is_integer(label) else label for label in labels)  # type: ignore[misc]
 
 
 class Blocks:
-    """Which of N sequences depend on each other: all that is said of chance is of sums over these blocks.
+    """The blocks of N sequences; every p-value and interval is of sums over blocks.
 
     Parameters
     ----------
     groups : tuple of str, int or None; or None
-        The block of each sequence, as `read_groups` returns them.
+        The block of each sequence, as `read_groups` returns it.
     weight : (..., N) ndarray of float64
-        Weights of the sequences; blocks without any do not count.
+        Weights of the sequences; blocks without weight do not count.
 
     Raises
     ------
@@ -89,16 +89,16 @@ class Blocks:
 
     @property
     def assumed(self) -> bool:
-        """Whether nobody said which sequences are independent."""
+        """Whether sequences are assumed to be independent, for lack of labels."""
         return self.groups is None
 
     @property
     def left_out(self) -> int:
-        """How many sequences are in no block."""
+        """The number of sequences in no block."""
         return 0 if self.groups is None else sum(label is None for label in self.groups)
 
     def sums(self, values: Float64) -> Float64:
-        """Add values of sequences ``(..., N)`` up to those of blocks ``(..., B)``."""
+        """Sum values of sequences ``(..., N)`` over blocks ``(..., B)``."""
         if self._order is None:
             return values
         sequences, starts = self._order
@@ -106,17 +106,17 @@ class Blocks:
         return added
 
     def inside(self, values: Float64) -> Float64:
-        """Return the sum over the sequences that are in blocks."""
+        """Return the sum over all sequences in blocks."""
         total: Float64 = self.sums(values).sum(axis=-1)
         return total
 
     @cached_property
     def _order(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]] | None:
-        """The sequences in the order of their blocks, and where each block starts in it."""
+        """The sequences ordered by block, and the start of each block."""
         if self.groups is None:
             return None
-        found = {label: place for place, label in enumerate(dict.fromkeys(self.groups)) if label is not None}
-        block = np.array([-1 if label is None else found[label] for label in self.groups])
+        places = {label: place for place, label in enumerate(dict.fromkeys(self.groups)) if label is not None}
+        block = np.array([-1 if label is None else places[label] for label in self.groups])
         sequences = np.argsort(block, kind="stable")[self.left_out :]
         return sequences, np.flatnonzero(np.diff(block[sequences], prepend=-1))
 
@@ -124,13 +124,13 @@ class Blocks:
         return self.sequences if self._order is None else len(self._order[1])
 
     def __str__(self) -> str:
-        """Say how many there are, and how many sequences are in none."""
+        """Return the number of blocks, and of sequences in no block."""
         if self.assumed:
             return f"{counted(self.n, 'sequence')}, each its own block, assumed independent"
-        none = f", {self.left_out} of {self.sequences} sequences in none" if self.left_out else ""
-        return counted(self.n, "block") + none
+        left_out = f", {self.left_out} of {self.sequences} sequences in none" if self.left_out else ""
+        return counted(self.n, "block") + left_out
 
 
 def counted(n: int, what: str) -> str:
-    """Return a number of things in words."""
+    """Return a number with its noun."""
     return f"{n} {what}{'s' * (n != 1)}"

@@ -6,7 +6,7 @@ import numpy as np
 
 from npss.validation import Float64, Seed, generator, is_real
 
-#: How an interval was made, in words that a table can print.
+#: The method of intervals, as text for a table.
 METHOD = "studentised bootstrap over blocks"
 RESAMPLES = 9999
 _BLOCK = 2**20  # draws at once
@@ -15,29 +15,29 @@ _BLOCK = 2**20  # draws at once
 def bootstrap_interval(
     numerator: Float64, denominator: Float64, *, level: float = 0.95, seed: Seed = 0, resamples: int = RESAMPLES
 ) -> tuple[Float64, Float64]:
-    """Return where the quotient of two sums over blocks lies, as far as the blocks tell.
+    """Return a confidence interval of the quotient of two sums over blocks.
 
-    Blocks are drawn with replacement; each draw's quotient is divided by its own standard error before quantiles are
-    taken. With few blocks of skewed weights, plain percentiles of the quotients miss far more often than
-    they say; this interval misses less often, for being wider (the documentation has the simulation).
+    Blocks are drawn with replacement. The deviation of each draw's quotient is divided by the draw's standard error
+    before quantiles are taken. With few blocks of skewed weights, plain percentiles of the quotients miss far more
+    often than their level says; this interval is wider and misses less often (the documentation has the simulation).
 
     Parameters
     ----------
     numerator : (..., N) ndarray of float64
-        What each of the N blocks adds to the numerator; none is negative.
+        What each of the N blocks adds to the numerator; not negative.
     denominator : (..., N) ndarray of float64
-        Of the same shape. Blocks with 0 in every row do not count, and are not drawn.
+        What each adds to the denominator. Blocks with 0 in every row do not count, and are not drawn.
     level : float, optional
-        Share of such intervals that should hold the true value.
+        The confidence level.
     seed : int or numpy.random.Generator, optional
-        Of the generator that draws.
+        The seed of the generator, or the generator.
     resamples : int, optional
-        How often is drawn.
+        The number of draws.
 
     Returns
     -------
     low, high : (...) ndarray of float64
-        ``high`` is infinite where there are too few blocks to tell: at the usual level, fewer than four.
+        The ends. ``high`` is infinite if there are too few blocks: at the usual level, fewer than four.
 
     Raises
     ------
@@ -57,12 +57,12 @@ def bootstrap_interval(
     value = whole / base
     if n == 1:
         return np.zeros_like(value), np.full_like(value, np.inf)
-    # In units of the two sums, so that no square leaves the range of float64; where all is 0, so is every part.
+    # In units of the two sums, so that no square leaves the range of float64.
     numerator = numerator / np.where(whole == 0, 1.0, whole)[..., np.newaxis]
     denominator = denominator / base[..., np.newaxis]
     residual = numerator - denominator * numerator.sum(axis=-1, keepdims=True)
     residual[np.abs(residual) <= 1e-13 * numerator] = 0.0  # rounding
-    # Of the blocks drawn, so many times each, the sums of what a quotient and its standard error are made of.
+    # A draw's quotient and its standard error follow from the sums of these terms over the drawn blocks.
     terms = [residual, denominator, residual**2, residual * denominator, denominator**2]
     parts = []
     for top in range(0, resamples, rows := max(1, _BLOCK // n)):
@@ -72,14 +72,14 @@ def bootstrap_interval(
         parts.append([term @ times.T for term in terms])
     r, d, rr, rd, dd = (np.concatenate(sums, axis=-1) for sums in zip(*parts, strict=True))  # (..., resamples)
     with np.errstate(all="ignore"):
-        shift = r / d  # of the quotient
+        shift = r / d  # the deviation of the quotient
         squares = rr - 2 * shift * rd + shift**2 * dd
-        squares[squares <= 1e-12 * rr] = 0.0  # a draw of one block only has no spread, and knows of no error
+        squares[squares <= 1e-12 * rr] = 0.0  # a draw of a single block has no spread, so no error
         studentised = np.where(shift == 0, 0.0, r / np.sqrt(squares))
     error = value * np.sqrt(np.square(residual).sum(axis=-1))
     most, least = (
         np.quantile(studentised, share, axis=-1, method="inverted_cdf") for share in (1 - tail, tail)
-    )  # a method that does not average: some may be infinite
+    )  # a method without averages: some values may be infinite
     with np.errstate(invalid="ignore"):
         low, high = value - most * error, value - least * error
     certain = error == 0
@@ -96,5 +96,5 @@ def checked_level(level: object) -> float:
 
 
 def seed_text(seed: Seed) -> str:
-    """Say what seeded a generator, in words that a table can print."""
+    """Return a seed as text for a table."""
     return "a generator of your own" if isinstance(seed, np.random.Generator) else f"seed {seed}"

@@ -1,4 +1,4 @@
-"""Is one prediction better than another: a paired test over blocks of the sequences of one ground truth."""
+"""Compare two predictions: a paired test over blocks of sequences."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ from npss.validation import Float64, Seed, motion_array, positive_number, real_a
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Comparison:
-    """Two predictions of one ground truth, compared. `npss.compare` makes it.
+    """The comparison of two predictions of one ground truth, from `npss.compare`.
 
     Attributes
     ----------
     a, b : float
         The two scores.
     a_in_blocks, b_in_blocks : float
-        Those of the sequences that are in blocks: the same, if none is left out.
+        The scores of the sequences in blocks: the same, unless some sequences are in no block.
     signature : str
-        What they mean.
+        The signature of the scores.
     n : int
-        Blocks that count: those with power.
+        The number of blocks with power.
     better : int
-        Blocks in which the first is better: lower, unless the metric says otherwise.
+        The number of blocks in which the first is better: lower, unless higher is better by the metric.
     p_value : float or None
-        Two-sided: how often names of models dealt at random in every block make a difference at least as large. None
-        of fewer than six blocks, which cannot show a difference.
+        Two-sided: the share of exchanges of the models' names, block by block, that make a difference at least as
+        large. None for fewer than six blocks, which cannot show a difference.
     exact : bool
-        Whether all ways to deal the names were counted, or 9999 drawn ones and the one that was seen.
+        Whether all exchanges are counted, or 9999 random ones and the observed one.
     """
 
     a: float
@@ -58,23 +58,23 @@ class Comparison:
 
     @property
     def difference(self) -> float:
-        """Score of the first minus that of the second, in blocks: negative where the first is lower."""
+        """The first score minus the second, over the sequences in blocks: negative if the first is lower."""
         return self.a_in_blocks - self.b_in_blocks
 
     def interval(self, *, level: float = 0.95) -> Interval:
-        """Return the differences that the test does not reject: a confidence interval of the difference.
+        """Return the confidence interval of the difference: the differences that the test does not reject.
 
         It excludes 0 if and only if ``p_value`` is at most ``1 - level``.
 
         Parameters
         ----------
         level : float, optional
-            Share of such intervals that should hold the true difference.
+            The confidence level.
 
         Returns
         -------
         Interval
-            Its ends are infinite where there are too few blocks to tell: at any level, fewer than six.
+            The interval. Its ends are infinite if there are too few blocks: at any level, fewer than six.
 
         Raises
         ------
@@ -88,7 +88,7 @@ class Comparison:
         return f"Comparison(a={self.a!r}, b={self.b!r}, p_value={self.p_value!r}, signature={self.signature!r})"
 
     def __str__(self) -> str:
-        """Say everything in a few lines."""
+        """Summarise the comparison in a few lines."""
         inside = (self.a_in_blocks, self.b_in_blocks)
         left_out = "" if inside == (self.a, self.b) else f"{self.a:.4f} and {self.b:.4f}; in blocks "
         first = f"{left_out}{inside[0]:.4f} - {inside[1]:.4f} = {self.difference:.4f}"
@@ -100,8 +100,8 @@ class Comparison:
             ways = f"all {2**self.n}" if self.exact else f"{SAMPLES} random"
             lines = [
                 f"{first}, {low:.4f} to {high:.4f} (95 %), p = {self.p_value:.3g}, {better}",
-                f"  two-sided sign-flip test over {self.n} blocks, {ways} exchanges, and the differences that it does "
-                f"not reject",
+                f"  two-sided sign-flip test over {self.n} blocks, {ways} exchanges; interval: the differences "
+                f"not rejected",
             ]
         return "\n".join([*lines, f"  {self._blocks}", f"  {INFERRED}", f"  {self.signature}"])
 
@@ -120,37 +120,37 @@ def compare(
     extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Comparison:
-    """Test whether one prediction is better than another, by exchanging the two in some of the blocks.
+    """Test whether one prediction is better than another, by exchanging the two in some blocks.
 
-    If the models were as good as each other, it would not matter which of a block's two predictions is called
-    the first's. So all ways to exchange them are tried (up to 16 blocks; for 8, that is 256, in pairs of
-    opposite ones), or 9999 drawn ones, and the share that makes a difference at least as large is the p-value.
+    If the models are equally good, their predictions can be exchanged in any block. The p-value is the share of
+    exchanges that make a difference at least as large. Up to 16 blocks all exchanges are tried (for 8 blocks, 256, in
+    pairs of opposite ones), beyond that 9999 random ones.
 
     Parameters
     ----------
     gt : (N, T, D) array_like
         Ground truth of N >= 2 sequences; for a metric of positions, (N, T, J, 3).
     pred_a, pred_b : (N, T, D) array_like
-        Two predictions of it.
+        Two predictions.
     metric : str, optional
-        What to compare by: ``'npss'``, ``'euler_error'``, ``'mse'``, or a metric that is registered (`npss.metrics`),
-        of motion of the kind that it takes.
+        The metric to compare by: ``'npss'``, ``'euler_error'``, ``'mse'``, or a registered metric (`npss.metrics`) that
+        takes motion of this kind.
     convention : {'paper', 'released', 'literal'} or Convention, optional
-        Of NPSS.
+        The convention of NPSS.
     fps : float, optional
-        Frames per second; needed for the Euler error, else only stated in the signature, or given to the metric.
+        Frames per second; needed for the Euler error, otherwise stated in the signature and passed to the metric.
     at_ms : float, optional
-        The time of the Euler error, or of another metric that has times, in milliseconds.
+        The time of the Euler error, or of another metric with times, in milliseconds.
     groups : sequence of str, int or None, optional
-        A label for each sequence, as for `report`: those of equal label depend on each other and are exchanged
-        together; those of None count for the two scores alone. By default each sequence is assumed to be independent
-        of the others.
+        A label for each sequence, as for `report`. Sequences with the same label depend on each other and are
+        exchanged together; sequences with None count only for the two scores. By default sequences are assumed to be
+        independent.
     seed : int or numpy.random.Generator, optional
-        Of the generator that draws exchanges, where not all are tried.
+        The seed of the generator that draws exchanges, if not all are tried.
     extra : mapping of str to str, int, float or bool; optional
-        Fields of one's own that the signature states.
+        Fields of your own for the signature.
     **context
-        Known fields that the signature states, as for `signature`.
+        Known fields for the signature, as for `signature`.
 
     Returns
     -------
@@ -160,19 +160,19 @@ def compare(
     Raises
     ------
     TypeError, ValueError
-        As `score` or `euler_error`, with the names ``pred_a`` and ``pred_b``; where there is only one sequence, `fps`
-        and `at_ms` do not fit the metric, there are not as many labels as sequences, no sequence with power is in a
-        block, or a weight leaves the range of float64. If no metric has that name, or it has no number of each
-        sequence, or other weights for each prediction.
+        As `score` or `euler_error`, with the names ``pred_a`` and ``pred_b``. If there is only one sequence, `fps` or
+        `at_ms` does not fit the metric, the number of labels is not the number of sequences, no sequence with power is
+        in a block, or a weight leaves the range of float64. If the metric is unknown, has no values for single
+        sequences, or has weights that depend on the prediction.
 
     Notes
     -----
-    The test holds the ground truth, and with it the weights of blocks, as given. Its null hypothesis is that a
-    block's two predictions may as well be exchanged; then a p-value of at most p has probability of at most p,
-    however few the blocks, if they are independent. That is more than equal scores: where the differences are skewed,
-    or go with the weight of the block, models of equal score are told apart too often, and the interval misses too
-    often. A p-value cannot be smaller than 2 / 2**B, which is .031 for the six blocks of the field's eight windows of
-    walking; comparing many models asks for less (`leaderboard` corrects for it).
+    The test takes the ground truth, and so the weights of blocks, as fixed. Its null hypothesis is that the two
+    predictions of a block are exchangeable. Then the probability of a p-value of at most p is at most p, for any number
+    of blocks, if they are independent. This hypothesis is stronger than equal scores: if differences are skewed, or
+    related to the weight of the block, models of equal score are told apart too often, and the interval misses too
+    often. A p-value is at least 2 / 2**B, which is .031 for the six blocks of the field's eight windows of walking;
+    comparing many models requires smaller ones (`leaderboard` corrects for it).
 
     References
     ----------
@@ -192,38 +192,38 @@ def compare(
     """
     compared = metric_called(metric)
     if compared.aggregation == "none":
-        raise ValueError(f"metric: {metric!r} has no number of each sequence, which a comparison is made of")
+        raise ValueError(f"metric: {metric!r} has no values for single sequences, which a comparison needs")
     positions = compared.takes == "positions"
     truth = real_array("gt", gt) if positions else motion_array("gt", gt)
     shape = "(N, T, J, 3)" if positions else "(N, T, D)"
     if truth.ndim != shape.count(",") + 1 or len(truth) < 2:
         raise ValueError(f"gt: expected shape {shape} with N >= 2 sequences to pair, got {truth.shape}")
-    known: dict[str, Value] = {"frames": truth.shape[1]}
+    fields: dict[str, Value] = {"frames": truth.shape[1]}
     rate = None if fps is None else positive_number("fps", fps)
     if rate is not None:
-        known["fps"] = rate
+        fields["fps"] = rate
     if at_ms is not None and not compared.has_times:
         raise ValueError(
-            f"at_ms: {compared.heading} is of all frames; leave it out, or compare by metric={EULER_ERROR.name!r}"
+            f"at_ms: {compared.heading} covers all frames; leave it out, or compare by metric={EULER_ERROR.name!r}"
         )
     chosen = as_convention(convention)
     if compared.has_times:
         if rate is None or at_ms is None:
-            raise ValueError(f"at_ms: the {compared.heading} is one of a time: give fps and at_ms")
+            raise ValueError(f"at_ms: the {compared.heading} is measured at one time: give fps and at_ms")
         whole_frames("at_ms", at_ms, rate, first=1, last=truth.shape[1])
-        known["at_ms"] = at_ms
-    stated = with_fields_of(compared, stated_with(compare, context, extra, **known))
-    meaning = signature(chosen if compared.has_conventions else None, metric=compared.name, **stated)
+        fields["at_ms"] = at_ms
+    all_fields = with_fields_of(compared, stated_with(compare, context, extra, **fields))
+    meaning = signature(chosen if compared.has_conventions else None, metric=compared.name, **all_fields)
 
     def measured(name: str, pred: npt.ArrayLike) -> tuple[float, Float64, Float64]:
-        found = compared.measure(truth, pred, pred_name=name, convention=chosen, fps=rate, at_ms=at_ms)
-        return found.value, np.asarray(found.numerator), np.asarray(found.weight)
+        value = compared.measure(truth, pred, pred_name=name, convention=chosen, fps=rate, at_ms=at_ms)
+        return value.value, np.asarray(value.numerator), np.asarray(value.weight)
 
     labels = read_groups("groups", groups, len(truth))
     a, first, weight = measured("pred_a", pred_a)
     b, second, other_weight = measured("pred_b", pred_b)
     if not np.array_equal(weight, other_weight):
-        raise ValueError(f"metric: the weights of {metric!r} differ, so they do not depend on gt alone, as they should")
+        raise ValueError(f"metric: the weights of {metric!r} must depend on gt alone, but differ between predictions")
     blocks = Blocks(labels, weight)
     base = blocks.sums(weight)
     counts = base > 0

@@ -1,4 +1,4 @@
-"""What about the motion makes its score meaningless; the traps themselves are in `npss._analysis.pitfalls`."""
+"""Diagnose motion whose score is meaningless; the pitfalls are in `npss._analysis.pitfalls`."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from npss._analysis.pitfalls import NOTE, TRAPS, WARNING, Block
+from npss._analysis.pitfalls import NOTE, PITFALLS, WARNING, Block
 from npss.validation import check_finite, motion_pair
 
 _BLOCK = 2**18  # values of one motion seen at once
 
 
-#: What the place of a finding is, where it is another than the first sequence, frame and feature.
-_PLACES = {"shift": "the first is sequence", "degrees": "the largest is of feature"}
-#: Traps that a motion is in or not; others spring so often.
+#: The meaning of a place, if it is not the first sequence, frame and feature.
+_PLACES = {"shift": "the first is sequence", "degrees": "the largest is in feature"}
+#: Pitfalls of a whole motion; all others are counted.
 _WHOLE = ("shift", "context", "poses", "degrees", "axes", "joints")
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A trap that a motion is in. `npss.diagnose` finds it; its text says all.
+    """A pitfall that `npss.diagnose` finds in a motion; its text is a full message.
 
     Attributes
     ----------
@@ -30,19 +30,18 @@ class Finding:
         ``'context'``, ``'padding'``, ``'poses'``, ``'degrees'``, ``'axes'``, ``'joints'``, ``'powerless'``,
         ``'weight'`` or ``'no-real-power'``.
     argument : str
-        Which of the two motions.
+        The motion: ``'gt'`` or ``'pred'``.
     count : int
-        How often; of ``'context'``, how many frames.
+        How often it occurs; for ``'context'``, the number of frames.
     where : tuple of int
-        Index of the first place, which begins with the sequence (0 for motion of shape ``(T, D)``), and ends with the
-        quaternion for ``'quaternion-sign'`` and ``'hemisphere'``, with the first of three features for
-        ``'gimbal-flip'``; of all features for ``'powerless'`` and ``'weight'``; of the largest for ``'degrees'``; empty
-        where it is everywhere.
+        The index of the first place. It begins with the sequence (0 for motion of shape ``(T, D)``), and ends with the
+        quaternion for ``'quaternion-sign'`` and ``'hemisphere'``, or the first of three features for ``'gimbal-flip'``.
+        All features for ``'powerless'`` and ``'weight'``; the largest for ``'degrees'``; empty if it is everywhere.
     message : str
         What it means.
     severity : str
-        ``'warning'`` if something should be done, or known, before the score is believed; ``'note'`` if it is told
-        for completeness: the text begins with it.
+        ``'warning'`` if something should be done, or known, before the score is believed; ``'note'`` if it is reported
+        for completeness: the text then begins with "note".
     """
 
     trap: str
@@ -53,7 +52,7 @@ class Finding:
     severity: str = WARNING
 
     def __str__(self) -> str:
-        """Say it in one line."""
+        """Return the finding in one line."""
         head = f"note: {self.argument}" if self.severity == NOTE else self.argument
         if self.trap in ("powerless", "weight"):
             return f"{head}: {self.count} {self.message}"
@@ -67,7 +66,7 @@ class Finding:
 
 
 def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Finding, ...]:
-    """Look for what changes scores silently: jumps of angles and signs, shifts, padding, degrees, swapped axes.
+    """Look for pitfalls that change scores silently: jumps, flipped signs, shifts, padding, degrees, swapped axes.
 
     Parameters
     ----------
@@ -77,8 +76,8 @@ def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Finding, ...]:
     Returns
     -------
     tuple of Finding
-        What was found, warnings first, then notes; ``str`` of each is a line to print. An empty tuple says that none of
-        these traps was seen, not that all is well.
+        Warnings first, then notes; ``str`` of each is a line to print. An empty tuple means that none of these pitfalls
+        was found, not that all is well.
 
     Raises
     ------
@@ -87,31 +86,31 @@ def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Finding, ...]:
 
     Notes
     -----
-    Nothing is repaired. The traps are:
+    Nothing is repaired. The pitfalls are:
 
     - ``wrap``: jumps of about 2 pi between two frames of an angle;
-    - ``gimbal-flip``: jumps of about pi of the outer two of three successive Euler angles, of which the middle one says
-      that the rotation is the same, as the conversions make them where a joint passes gimbal lock;
-    - ``quaternion-sign``: unit quaternions that change sign between frames, where D is a multiple of 4;
+    - ``gimbal-flip``: jumps of about pi in the outer two of three successive Euler angles, while the middle one shows
+      that the rotation is the same, as conversions produce them when a joint passes gimbal lock;
+    - ``quaternion-sign``: unit quaternions that change sign between frames, if D is a multiple of 4;
     - ``hemisphere``: unit quaternions that would be nearer to the ground truth with the other sign, throughout a
       sequence;
     - ``constant``: predictions that do not move;
-    - ``shift``: a prediction of at least ten frames that is, or by a factor of two is closer to, the ground truth one
-      or two frames earlier or later, such as windows cut one frame late;
+    - ``shift``: a prediction of at least ten frames that equals the ground truth one or two frames earlier or later, or
+      is closer to it by a factor of two, such as windows cut one frame late;
     - ``context``: first or last frames that are equal in prediction and ground truth, in all sequences;
     - ``padding``: sequences that move, and end in three or more equal frames, in both;
-    - ``poses``: 99 columns of which the first six are not zero, as those of Human3.6M poses before their conversion;
+    - ``poses``: 99 columns, the first six not zero, as in Human3.6M poses before conversion;
     - ``degrees``: values or movements that are too large for radians;
-    - ``axes``: motion that is smooth along the last axis only, as if time were there;
+    - ``axes``: motion that is smooth along the last axis only, as if time came last;
     - ``joints``: a last axis of 3, 4 or 6, and motion that is much smoother along the first axis than along the second,
       as if ``(T, J, C)`` were passed for ``(N, T, D)``;
-    - ``powerless``: features that are zero throughout the ground truth, and so have no weight: a note, unless something
-      is predicted there;
+    - ``powerless``: features that are zero throughout the ground truth, and so have no weight: a note, unless the
+      prediction is not zero there;
     - ``weight``: a tenth of the features, or fewer, that hold nine tenths of the weight;
     - ``no-real-power``: predictions whose score by the convention ``released`` is rounding noise.
 
     In angles as `npss.poses_to_euler` returns them (99 columns, the first six zero), ``wrap`` and ``gimbal-flip`` are
-    notes: the ground truth of Human3.6M has such jumps, and published tables are of angles as they come.
+    notes: the ground truth of Human3.6M has such jumps, and published tables leave them in.
 
     Examples
     --------
@@ -127,13 +126,13 @@ def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Finding, ...]:
     check_finite("pred", prediction)
     if truth.ndim == 2:
         truth, prediction = truth[np.newaxis], prediction[np.newaxis]
-    traps = [trap() for trap in TRAPS]
+    pitfalls = [pitfall() for pitfall in PITFALLS]
     height = max(1, _BLOCK // (truth.shape[1] * truth.shape[2]))
-    with np.errstate(over="ignore", invalid="ignore"):  # values of which the squares overflow are in no trap
+    with np.errstate(over="ignore", invalid="ignore"):  # values whose squares overflow count for no pitfall
         for top in range(0, len(truth), height):
             rows = slice(top, top + height)
             block = Block(top, truth[rows].astype(np.float64), prediction[rows].astype(np.float64))
-            for trap in traps:
-                trap.see(block)
-        findings = [Finding(trap.name, *found) for trap in traps for found in trap.found()]
+            for pitfall in pitfalls:
+                pitfall.see(block)
+        findings = [Finding(pitfall.name, *found) for pitfall in pitfalls for found in pitfall.found()]
     return tuple(sorted(findings, key=lambda finding: finding.severity == NOTE))

@@ -1,4 +1,4 @@
-"""Fingerprints of ground truths: a few numbers of each sequence, by which copies of it are told from anything else."""
+"""Fingerprints of ground truths: a few numbers per sequence that identify its copies."""
 
 from __future__ import annotations
 
@@ -7,29 +7,29 @@ import numpy.typing as npt
 
 from npss.validation import Array, Float64
 
-#: How many projections a fingerprint has, beside the norm.
+#: The number of projections in a fingerprint, beside the norm.
 PROJECTIONS = 8
-#: How far two copies of a sequence may be apart, in units of its norm: float32 rounds each value to 6e-8 of itself.
+#: The largest difference between copies of a sequence, in units of its norm: float32 rounds each value to 6e-8 of it.
 TOLERANCE = 1e-5
-_OLD_TOLERANCE = 1e-3  # of the mean absolute values of statistics version 1
+_OLD_TOLERANCE = 1e-3  # for the mean absolute values of statistics version 1
 
 
 def fingerprint(gt: Array) -> Float64:
-    """Return the norm of every sequence, and its projections over time and features: ``(N, 1 + PROJECTIONS)``.
+    """Return the norm of each sequence, and its projections over time and features: ``(N, 1 + PROJECTIONS)``.
 
     Projection k is the sum over frames t and features d, both counted from 1, of ``cos(t (t + k)) cos(d (d + k + 8))``
-    times the value. The multiples are whole numbers, of which no two cosines are equal; so each frame and each feature
-    has coefficients of its own, and motion that is smooth is not orthogonal to them.
+    times the value. The arguments are whole numbers, and no two of them have equal cosines. So each frame and each
+    feature has its own coefficients, and smooth motion is not orthogonal to them.
     """
     sequences = gt if gt.ndim == 3 else gt[np.newaxis]
     frames, features = _coefficients(gt.shape[-2], 0), _coefficients(gt.shape[-1], PROJECTIONS)
-    found = np.empty((len(sequences), 1 + PROJECTIONS))
-    for numbers, sequence in zip(found, sequences, strict=True):
+    fingerprints = np.empty((len(sequences), 1 + PROJECTIONS))
+    for numbers, sequence in zip(fingerprints, sequences, strict=True):
         values = sequence.astype(np.float64)
-        with np.errstate(over="ignore", invalid="ignore"):  # the score says what is wrong with such values
+        with np.errstate(over="ignore", invalid="ignore"):  # the score refuses such values
             numbers[0] = np.linalg.norm(values)
             numbers[1:] = ((frames @ values) * features).sum(axis=1)
-    return found
+    return fingerprints
 
 
 def _coefficients(length: int, first: int) -> Float64:
@@ -41,9 +41,10 @@ def _coefficients(length: int, first: int) -> Float64:
 
 
 def differing(one: Float64, other: Float64) -> npt.NDArray[np.bool_]:
-    """Return which sequences of two ground truths are no copies of each other, ``(N,)``, by their fingerprints.
+    """Return which sequences of two ground truths differ, ``(N,)``, by their fingerprints.
 
-    Those of statistics version 1 are mean absolute values, ``(N,)``; both are of the same version and of N sequences.
+    Both fingerprints are of the same version and of N sequences. In statistics version 1, they are mean absolute values
+    ``(N,)``.
     """
     if one.ndim == 1:
         return ~np.isclose(one, other, rtol=_OLD_TOLERANCE, atol=0)

@@ -1,4 +1,4 @@
-"""What blocks tell of where a score lies: a confidence interval, or, where they are too few, their range."""
+"""The uncertainty of a score: a confidence interval, or the range of blocks if they are too few."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from npss._analysis.blocks import Blocks, counted
 from npss._analysis.bootstrap import METHOD, RESAMPLES, bootstrap_interval, checked_level, seed_text
 from npss.validation import Float64, Seed, generator
 
-#: Blocks from which on there is an interval.
+#: The least number of blocks that supports an interval.
 MIN_BLOCKS_OF_INTERVAL = 10
-#: What was found of them, by ``benchmarks/significance.py``.
+#: The coverage of intervals, measured by ``benchmarks/significance.py``.
 FOUND = "on real motion, intervals of 95 % held the score in 75 to 97 % of cases, by action and metric"
-#: What there is of fewer, in words that a table can print.
+#: The alternative for fewer blocks, as text for a table.
 RANGE = "range of blocks"
 
 
@@ -24,7 +24,7 @@ class Interval(NamedTuple):
     Attributes
     ----------
     low, high : float
-        Its ends.
+        The ends.
 
     Examples
     --------
@@ -38,12 +38,12 @@ class Interval(NamedTuple):
 
 
 class Range(NamedTuple):
-    """The lowest and the highest score of a block: of so few that they support no confidence interval.
+    """The lowest and the highest score of a block, if there are too few blocks for a confidence interval.
 
     Attributes
     ----------
     low, high : float
-        Its ends.
+        The ends.
 
     Examples
     --------
@@ -61,16 +61,16 @@ class Range(NamedTuple):
 def ends(
     numerator: Float64, denominator: Float64, blocks: Blocks, *, level: float = 0.95, seed: Seed = 0
 ) -> tuple[Float64, Float64]:
-    """Return the ends of intervals of quotients of two sums, or of ranges where blocks are too few for intervals.
+    """Return the ends of intervals of quotients of two sums, or of ranges if there are too few blocks.
 
     Parameters
     ----------
     numerator, denominator : (..., N) ndarray of float64
         What each of the N sequences adds to the two sums.
     blocks : Blocks
-        Of the sequences; those that are in none do not count.
+        The blocks of the sequences; sequences in no block do not count.
     level, seed : float, int or numpy.random.Generator
-        As for `bootstrap_interval`; a range has none.
+        As for `bootstrap_interval`; a range does not use them.
 
     Returns
     -------
@@ -94,14 +94,14 @@ def ends(
 def interval(
     numerator: Float64, denominator: Float64, blocks: Blocks, *, level: float = 0.95, seed: Seed = 0
 ) -> Interval | Range:
-    """Return the interval of one quotient, or its range."""
+    """Return the interval or the range of one quotient."""
     low, high = ends(numerator, denominator, blocks, level=level, seed=seed)
     kind = Interval if blocks.n >= MIN_BLOCKS_OF_INTERVAL else Range
     return kind(float(low), float(high))
 
 
 def method(blocks: Blocks, *, level: float = 0.95, seed: Seed = 0) -> str:
-    """Say how the ends were made."""
+    """Return the method of an interval or a range as text."""
     if blocks.n >= MIN_BLOCKS_OF_INTERVAL:
         return f"{100 * level:.4g} %, {METHOD}, {RESAMPLES} resamples, {seed_text(seed)}"
     return f"range of {counted(blocks.n, 'block')}, too few for an interval"

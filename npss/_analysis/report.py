@@ -1,4 +1,4 @@
-"""A score taken apart: which sequences and joints it comes from, and how sure it is."""
+"""Report on a score: the sequences and joints that it comes from, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -22,24 +22,25 @@ from npss.validation import Float64, Seed, each, motion_pair, positive_number
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Report:
-    """NPSS of a set of motions, with what it is made of. `npss.report` makes it; ``float(report)`` is the score.
+    """NPSS of a set of motions and its parts, from `npss.report`; ``float(report)`` is the score.
 
     Attributes
     ----------
     score : float
-        As `npss.score` returns it.
+        The score, as `npss.score` returns it.
     signature : str
-        What the score means.
+        The signature of the score.
     emd : (N, D) ndarray of float64
-        The distance of every feature of every sequence; 0 where the weight is 0. Read-only.
+        The distance of each feature of each sequence; 0 where the weight is 0. Read-only.
     weight : (N, D) ndarray of float64
-        Their weights, in the squared unit of the ground truth. Read-only.
+        The weights, in the squared unit of the ground truth. Read-only.
     feature_names : tuple of str
         Names of the D features.
     fingerprint : (N, 9) ndarray of float64
-        Norm and eight projections of every sequence of the ground truth, by which copies of it are recognised.
+        Norm and eight projections of each ground-truth sequence, which identify copies of it.
     groups : tuple of str, int or None; or None
-        The block of every sequence, None for one that is in none; or None: each sequence is assumed to be its own.
+        The block of each sequence, or None for a sequence in no block. None alone: each sequence is assumed to be its
+        own block.
     """
 
     score: float
@@ -56,20 +57,20 @@ class Report:
 
     @property
     def per_sequence(self) -> Float64:
-        """The score of each sequence alone, ``(N,)``; NaN where it has no power."""
+        """The score of each sequence, ``(N,)``; NaN where it has no power."""
         return _quotient((self.weight * self.emd).sum(axis=1), self.weight.sum(axis=1))
 
     @property
     def per_feature(self) -> Float64:
-        """The score of each feature alone, ``(D,)``; NaN where it has no power in any sequence."""
+        """The score of each feature, ``(D,)``; NaN where it has no power in any sequence."""
         return _quotient((self.weight * self.emd).sum(axis=0), self.weight.sum(axis=0))
 
     @property
     def joint_share(self) -> dict[str, float]:
-        """How much of the score comes from each joint, largest first; the shares sum to 1.
+        """The share of each joint in the score, largest first; the shares sum to 1.
 
-        Features are of one joint if their names are equal up to the last dot, such as ``LeftArm.x`` and ``LeftArm.y``.
-        Where the score is 0, so is each share.
+        Features belong to one joint if their names are equal up to the last dot, such as ``LeftArm.x`` and
+        ``LeftArm.y``. If the score is 0, so is each share.
         """
         parts = (self.weight * self.emd).sum(axis=0)
         total = float(parts.sum()) or 1.0
@@ -81,30 +82,31 @@ class Report:
 
     @property
     def score_in_blocks(self) -> float:
-        """The score of the sequences that are in blocks: the score, if none is left out."""
+        """The score of the sequences in blocks: the score itself, unless some are in no block."""
         blocks = self._blocks
         return float(np.divide(*map(blocks.inside, self._sums()))) if blocks.left_out else self.score
 
     def interval(self, *, level: float = 0.95, seed: Seed = 0) -> Interval | Range:
-        """Return where the score would lie on other blocks of the same kind, as far as the blocks tell.
+        """Return the uncertainty of the score over other blocks of the same kind.
 
-        From ten blocks on, a confidence interval by the studentised bootstrap over blocks, with 9999 resamples. Fewer
-        support none: of them, this is the range: the lowest and the highest score of a block. Sequences that are in
-        no block do not count, so the ends are about `score_in_blocks`. On real motion, intervals of 95 % held the score
-        in 75 to 97 % of cases (the documentation has the measurement).
+        Ten or more blocks give a confidence interval by the studentised bootstrap over blocks, with 9999 resamples.
+        Fewer support none, and give a range: the lowest and the highest score of a block. Sequences in no block do not
+        count, so the ends are about `score_in_blocks`. On real motion, intervals of 95 % held the score in 75 to 97 %
+        of cases (the documentation has the measurement).
 
         Parameters
         ----------
         level : float, optional
-            Share of such intervals that should hold the score of infinitely many blocks; a range has none.
+            The confidence level: the share of intervals that should hold the score of infinitely many blocks. A range
+            has none.
         seed : int or numpy.random.Generator, optional
-            Of the generator that resamples.
+            The seed of the generator that resamples.
 
         Returns
         -------
         Interval or Range
-            Named tuples of ``low`` and ``high``, by whose name the two can be told apart. An interval may be open:
-            from 0, or to infinity, where the blocks do not tell.
+            Named tuples of ``low`` and ``high``; their types tell them apart. An interval may begin at 0 or be
+            unbounded above, if the blocks do not determine an end.
 
         Raises
         ------
@@ -124,11 +126,12 @@ class Report:
         return f"Report(score={self.score!r}, signature={self.signature!r})"
 
     def __str__(self) -> str:
-        """Say everything in a few lines."""
-        found, blocks = self.interval(), self._blocks
+        """Summarise the report in a few lines."""
+        low, high = self.interval()
+        blocks = self._blocks
         inside = f"; in blocks {self.score_in_blocks:.4f}" if blocks.left_out else ""
         lines = [
-            f"{NPSS.heading} {self.score:.4f}{inside}, {found.low:.4f} to {found.high:.4f} ({method(blocks)})",
+            f"{NPSS.heading} {self.score:.4f}{inside}, {low:.4f} to {high:.4f} ({method(blocks)})",
             f"  {self.signature}",
             f"  {blocks}",
             f"  {INFERRED}",
@@ -156,7 +159,7 @@ def report(
     extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Report:
-    """Score a prediction, and say which sequences and joints the score comes from and how sure it is.
+    """Score a prediction, with the shares of sequences and joints and the uncertainty of the score.
 
     Parameters
     ----------
@@ -167,33 +170,34 @@ def report(
     fps : float, optional
         Frames per second, stated in the signature.
     feature_names : sequence of str, optional
-        Names of the D features, such as ``npss.skeleton.FEATURE_NAMES``; by default ``'0'``, ``'1'``, ... Names that
-        are equal up to their last dot are of one joint.
+        Names of the D features, such as ``npss.skeleton.FEATURE_NAMES``; by default ``'0'``, ``'1'``, ... Features
+        belong to one joint if their names are equal up to the last dot.
     groups : sequence of str, int or None, optional
-        A label for each sequence: which of them depend on each other, such as windows that overlap, or all those of a
-        person. Sequences of equal label are a block, and blocks are what the interval is made of; None is for a
-        sequence that is in no block, and counts for the score alone. By default each sequence is assumed to be
-        independent of the others. `npss.protocol.window_blocks` has the labels of Human3.6M's test windows.
+        A label for each sequence. Sequences with the same label depend on each other, such as windows that overlap or
+        all windows of a person, and form a block; the interval is made from blocks. A sequence with None is in no block
+        and counts only for the score. By default sequences are assumed to be independent.
+        `npss.protocol.window_blocks` has the labels of Human3.6M's test windows.
     extra : mapping of str to str, int, float or bool; optional
-        Fields of one's own that the signature states.
+        Fields of your own for the signature.
     **context
-        Known fields that the signature states, as for `signature`: ``representation``, ``protocol``.
+        Known fields for the signature, as for `signature`: ``representation``, ``protocol``.
 
     Returns
     -------
     Report
-        Its text (``print(report)``) has the score, its interval and where it comes from.
+        The report. ``print(report)`` shows the score, its interval, and the shares of joints and sequences.
 
     Raises
     ------
     TypeError, ValueError
-        As `score` and `signature`; where there are not as many names as features, or labels as sequences; if no
-        sequence with power is in a block; and where a weight leaves the range of float64, which a score does not.
+        As `score` and `signature`. If the number of names is not the number of features, or the number of labels not
+        that of sequences; if no sequence with power is in a block; if a weight leaves the range of float64, which a
+        score does not.
 
     See Also
     --------
-    compare : is one prediction better than another?
-    diagnose : does something about the motion make its score meaningless?
+    compare : test whether one prediction is better than another.
+    diagnose : look for pitfalls that make a score meaningless.
 
     References
     ----------
@@ -212,7 +216,7 @@ def report(
     {'knee': 0.51, 'hip': 0.49}
     >>> report.interval()._asdict() == {"low": report.per_sequence.min(), "high": report.per_sequence.max()}
     True
-    >>> type(report.interval()).__name__  # of eight blocks: each sequence is its own
+    >>> type(report.interval()).__name__  # eight blocks: each sequence is its own
     'Range'
     """
     truth, prediction = motion_pair(gt, pred)
@@ -226,13 +230,13 @@ def report(
         raise TypeError(f"feature_names: expected text, got {strange[0]!r}")
     if len(names) != n_features:
         raise ValueError(f"feature_names: expected {n_features} names, one for each feature, got {len(names)}: {names}")
-    stated = stated_with(report, context, extra, frames=n_frames)
+    fields = stated_with(report, context, extra, frames=n_frames)
     if fps is not None:
-        stated["fps"] = positive_number("fps", fps)
-    meaning = signature(chosen, **stated)
+        fields["fps"] = positive_number("fps", fps)
+    meaning = signature(chosen, **fields)
     labels = read_groups("groups", groups, len(truth) if truth.ndim == 3 else 1)
     score, emd, weight = contributions(truth, prediction, chosen)
-    Blocks(labels, weight.sum(axis=1))  # of which one has power
+    Blocks(labels, weight.sum(axis=1))  # checks that a block has power
     emd.flags.writeable = weight.flags.writeable = False
     return Report(
         score=score,
@@ -246,7 +250,7 @@ def report(
 
 
 def joint_of(feature: str) -> str:
-    """Return the joint of a feature's name: what stands before its last dot."""
+    """Return the joint of a feature: its name up to the last dot."""
     return feature.rpartition(".")[0] or feature
 
 

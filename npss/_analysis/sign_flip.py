@@ -1,4 +1,4 @@
-"""The paired test over blocks: what if the names of two models were exchanged in some of them."""
+"""The sign-flip test: a paired test that exchanges two models in some blocks."""
 
 from __future__ import annotations
 
@@ -11,47 +11,47 @@ from npss._analysis.bootstrap import checked_level
 from npss._analysis.interval import Interval
 from npss.validation import Float64, Seed, generator
 
-EXACT_UP_TO = 16  # blocks; beyond, exchanges are drawn
-#: Blocks from which on there is a p-value: of fewer, the smallest possible one is above .05.
+EXACT_UP_TO = 16  # blocks; for more, exchanges are drawn
+#: The least number of blocks for a p-value: with fewer, the smallest possible one is above .05.
 MIN_BLOCKS_OF_TEST = 6
 SAMPLES = 9999
-_BLOCK = 2**18  # choices held at once
+_BLOCK = 2**18  # choices in memory at once
 
 
 class SignFlips(NamedTuple):
-    """What the quotient of sums would be, over the exchanged and the other blocks, for every exchange.
+    """The quotients of sums over the exchanged blocks and over the others, for every exchange.
 
-    Under exchange of a set S of blocks, the sum of the differences d is at least as extreme as it is if and only if
-    0 lies between the quotients sum d / sum w over S and over its complement. Hence all that the test needs, and the
-    interval of the values that it would not reject, is a pair of numbers for each exchange.
+    Exchanging a set S of blocks makes the sum of the differences d at least as extreme as observed if and only if 0
+    lies between the quotients sum d / sum w over S and over its complement. So a pair of numbers for each exchange
+    gives both the p-value and the interval of values that the test does not reject.
     """
 
     low: Float64  # (K,); the smaller of the two quotients, -inf where S is empty or all
     high: Float64  # (K,)
-    exact: bool  # whether all exchanges are there (those of S and of its complement are the same)
+    exact: bool  # whether all exchanges are included (a set and its complement are the same exchange)
 
     def p_value(self) -> float:
-        """Return the share of exchanges that are at least as extreme, in either direction, as what was seen."""
+        """Return the share of exchanges at least as extreme as the observed one, in either direction."""
         return float(np.mean((self.low <= 0) & (self.high >= 0)))
 
     def interval(self, level: float) -> Interval:
-        """Return the smallest and largest difference that the test at ``1 - level`` would not reject."""
+        """Return the smallest and largest difference that the test at ``1 - level`` does not reject."""
         last = len(self.low) - 1
         rank = min(last, math.floor((1 - checked_level(level)) * len(self.low) + 1e-9))
         return Interval(float(np.sort(self.low)[rank]), float(np.sort(self.high)[::-1][rank]))
 
 
 def sign_flips(difference: Float64, weight: Float64, *, seed: Seed = 0) -> SignFlips:
-    """Exchange the models in every set of blocks, or, if they are many, in sets drawn at random.
+    """Exchange the models in every set of blocks, or in random sets if there are many blocks.
 
     Parameters
     ----------
     difference : (N,) ndarray of float64
-        What each block adds to the difference of the two numerators; rounding counts as none, see `settled`.
+        What each block adds to the difference of the two numerators; rounding counts as 0, see `settled`.
     weight : (N,) ndarray of float64
-        What each adds to the denominator, which they share; positive.
+        What each block adds to the common denominator; positive.
     seed : int or numpy.random.Generator, optional
-        Of the generator that draws the sets.
+        The seed of the generator that draws the sets.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def sign_flips(difference: Float64, weight: Float64, *, seed: Seed = 0) -> SignF
 
     References
     ----------
-    J. A. Hartigan, "Using Subsample Values as Typical Values", JASA 64, 1969: the interval is exact, whatever the
+    J. A. Hartigan, "Using Subsample Values as Typical Values", JASA 64, 1969: the interval is exact for any
     distribution, if differences are independent and symmetric about the true one.
     """
     n = len(difference)
@@ -76,7 +76,7 @@ def sign_flips(difference: Float64, weight: Float64, *, seed: Seed = 0) -> SignF
             chosen = some[:, np.newaxis] >> np.arange(n) & 1
         else:
             chosen = rng.integers(2, size=(len(some), n), dtype=np.uint8)
-            chosen[some == 0] = 0  # what was seen is one of the exchanges: without it, p could be zero
+            chosen[some == 0] = 0  # the observed exchange is included: otherwise p could be zero
         sets = chosen.astype(np.float64)
         inside[some] = _quotients(sets @ terms)
         outside[some] = _quotients((1 - sets) @ terms)
@@ -86,12 +86,12 @@ def sign_flips(difference: Float64, weight: Float64, *, seed: Seed = 0) -> SignF
 
 
 def settled(difference: Float64, weight: Float64) -> Float64:
-    """Return differences without what is rounding, less than 1e-10 of the weight, which must not decide."""
+    """Set differences that are rounding, below 1e-10 of the weight, to 0, so that they do not decide."""
     return np.where(np.abs(difference) <= 1e-10 * weight, 0.0, difference)
 
 
 def _quotients(sums: Float64) -> Float64:
-    """Return the quotients of differences and weights, given sums ``(k, 3)`` of terms; NaN of none."""
+    """Return the quotients of differences and weights from sums ``(k, 3)`` of terms; NaN for an empty set."""
     difference, size, weight = sums.T
     with np.errstate(invalid="ignore"):  # rounding must not break ties
         quotients: Float64 = np.where(np.abs(difference) <= 1e-12 * size, 0.0, difference) / weight

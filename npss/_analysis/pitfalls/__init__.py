@@ -1,14 +1,14 @@
-"""The traps that `npss.diagnose` looks for."""
+"""The pitfalls that `npss.diagnose` looks for."""
 
 from npss._analysis.pitfalls.layout import Degrees, JointAxis, Poses, SwappedAxes
-from npss._analysis.pitfalls.pitfall import NOTE, WARNING, Block, Trap
+from npss._analysis.pitfalls.pitfall import NOTE, WARNING, Block, Pitfall
 from npss._analysis.pitfalls.rotations import GimbalFlips, Hemisphere, SignFlips, Wraps
 from npss._analysis.pitfalls.time import Constant, Context, Padding, Shift
 from npss._analysis.pitfalls.weight import NoRealPower, Powerless, Weight
 
-__all__ = ["NOTE", "TRAPS", "WARNING", "Block"]
+__all__ = ["NOTE", "PITFALLS", "WARNING", "Block"]
 
-TRAPS: tuple[type[Trap], ...] = (
+PITFALLS: tuple[type[Pitfall], ...] = (
     Wraps,
     GimbalFlips,
     SignFlips,

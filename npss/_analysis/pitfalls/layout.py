@@ -1,4 +1,4 @@
-"""Arrays that are not what the score takes them for: axes, units, poses before their conversion."""
+"""Pitfalls of layout: wrong axes, wrong units, poses before conversion."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from npss._analysis.pitfalls.pitfall import Block, Found, Trap
+from npss._analysis.pitfalls.pitfall import Block, Found, Pitfall
 from npss.rotations._poses import POSE, UNSCORED
 from npss.validation import Float64
 
-#: In units of the distances from the mean, the squared steps of what is erratic and of what is smooth; those of white
-#: noise are 2, those of motion along time some hundredths.
+#: The largest squared steps of smooth motion, in units of squared distances from the mean: those of white noise are 2,
+#: those of motion along time a few hundredths.
 _SMOOTH = 0.25
 
 
-class SwappedAxes(Trap):
-    """Time where the features should be."""
+class SwappedAxes(Pitfall):
+    """Time on the axis of features."""
 
     name = "axes"
 
@@ -26,14 +26,14 @@ class SwappedAxes(Trap):
 
     def see(self, block: Block) -> None:
         """Add up the steps along both axes."""
-        if block.gt.shape[1] < 3:  # between two frames, all motion looks erratic
+        if block.gt.shape[1] < 3:  # two frames look erratic in any motion
             return
         for row, axis in enumerate((1, 2)):
             steps = np.square(np.diff(block.gt, axis=axis)).sum()
             self._sums[row] += steps, block.gt.var(axis=axis).sum() * block.gt.shape[axis]
 
     def found(self) -> Iterator[Found]:
-        """Yield whether motion is smooth along the features alone."""
+        """Yield a finding if motion is smooth along features only."""
         with np.errstate(invalid="ignore", divide="ignore"):
             along_time, along_features = self._sums[:, 0] / self._sums[:, 1]
         if along_time > 1 and along_features < _SMOOTH:
@@ -46,12 +46,12 @@ class SwappedAxes(Trap):
             )
 
 
-class JointAxis(Trap):
-    """One sequence of joints with their coordinates, taken for many sequences of few features."""
+class JointAxis(Pitfall):
+    """One sequence ``(T, J, C)`` of joints passed as ``(N, T, D)``."""
 
     name = "joints"
     _COORDINATES = (3, 4, 6)
-    _SMOOTHER = 25  # times smaller squared steps; between the windows of a motion they are larger, or the same
+    _SMOOTHER = 25  # ratio of squared steps; between windows of a motion, steps are as large or larger
 
     def __init__(self) -> None:
         self._steps = np.zeros(2)  # squared, along the first axis and the second
@@ -72,7 +72,7 @@ class JointAxis(Trap):
         self._distances += float(block.gt.var(axis=1).sum()) * block.gt.shape[1]
 
     def found(self) -> Iterator[Found]:
-        """Yield whether motion is smooth along the first axis and not along the second."""
+        """Yield a finding if motion is smooth along the first axis and not along the second."""
         if self._counts.all():
             first, second = self._steps / self._counts
             if 0 < first < second / self._SMOOTHER and self._steps[1] > _SMOOTH * self._distances:
@@ -86,7 +86,7 @@ class JointAxis(Trap):
                 )
 
 
-class Degrees(Trap):
+class Degrees(Pitfall):
     """Angles in degrees."""
 
     name = "degrees"
@@ -96,14 +96,14 @@ class Degrees(Trap):
         self._spread = {"gt": 0.0, "pred": 0.0}
 
     def see(self, block: Block) -> None:
-        """Keep each feature's largest value, and add up how far all are from their means."""
+        """Keep each feature's largest value, and add up the variances."""
         for argument, motion in block.named():
             largest = np.abs(motion).max(axis=(0, 1))
             self._largest[argument] = np.maximum(self._largest.get(argument, largest), largest)
             self._spread[argument] += float(motion.var(axis=1).sum())
 
     def found(self) -> Iterator[Found]:
-        """Yield whether values, or movements beside the other's, are too large for radians."""
+        """Yield a finding if values, or movements compared with the other motion, are too large for radians."""
         for argument, largest in self._largest.items():
             moving = largest[largest > 0]
             if len(moving) and 4 * math.pi < np.median(moving) and np.quantile(moving, 0.9) <= 360:  # else positions
@@ -111,18 +111,18 @@ class Degrees(Trap):
                     argument,
                     1,
                     (int(np.argmax(largest)),),
-                    f"values up to {largest.max():.4g}, in most features beyond 4 pi: degrees, if these are angles, "
-                    f"instead of radians",
+                    f"values up to {largest.max():.4g}, beyond 4 pi in most features: degrees instead of radians, if "
+                    f"these are angles",
                 )
         gt, pred = math.sqrt(self._spread["gt"]), math.sqrt(self._spread["pred"])
-        for argument, one, other in (("pred", pred, gt), ("gt", gt, pred)):
-            if other and 40 < one / other < 80:
-                message = f"moves {one / other:.0f} times as far as the other: degrees beside radians?"
+        for argument, spread, other in (("pred", pred, gt), ("gt", gt, pred)):
+            if other and 40 < spread / other < 80:
+                message = f"moves {spread / other:.0f} times as far as the other: degrees beside radians?"
                 yield Found(argument, 1, (), message)
 
 
-class Poses(Trap):
-    """Human3.6M poses that have not been converted to the angles that are scored."""
+class Poses(Pitfall):
+    """Human3.6M poses that were not converted to Euler angles."""
 
     name = "poses"
 
@@ -130,13 +130,13 @@ class Poses(Trap):
         self._root = {"gt": False, "pred": False}
 
     def see(self, block: Block) -> None:
-        """See whether there is a root that moves."""
+        """Look for a root that moves."""
         if block.gt.shape[2] == POSE:
             for argument, motion in block.named():
                 self._root[argument] |= bool(motion[..., :UNSCORED].any())
 
     def found(self) -> Iterator[Found]:
-        """Yield which of the two has a root among its 99 columns."""
+        """Yield a finding for each motion with a root among its 99 columns."""
         for argument, root in self._root.items():
             if root:
                 yield Found(
@@ -144,5 +144,5 @@ class Poses(Trap):
                     1,
                     (),
                     f"{POSE} columns, the first {UNSCORED} not zero: Human3.6M poses? npss.poses_to_euler, or "
-                    f"npss score --expmap, converts them to the angles that are scored",
+                    f"npss score --expmap, converts them to Euler angles",
                 )

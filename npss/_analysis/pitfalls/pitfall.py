@@ -1,4 +1,4 @@
-"""What a trap is: it sees the motion block by block, then says what it found."""
+"""The interface of a pitfall: it sees the motion block by block, then yields findings."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from npss.validation import Float64
 
 Mask = npt.NDArray[np.bool_]
 
-#: Asks for something to be done before the score is believed.
+#: Something must be done, or known, before the score is believed.
 WARNING = "warning"
-#: Tells what is so, and right as it is.
+#: Nothing needs to be done.
 NOTE = "note"
 
 
 class Found(NamedTuple):
-    """What is found: in which argument, how often, where first, what it means, and whether it asks for action."""
+    """A finding of one pitfall: the argument, the number of places, the first place, the message, the severity."""
 
     argument: str
     number: int
@@ -31,7 +31,7 @@ class Found(NamedTuple):
 
 
 class Block(NamedTuple):
-    """Some sequences of both motions."""
+    """Consecutive sequences of both motions."""
 
     top: int  # index of the first sequence
     gt: Float64  # (n, T, D)
@@ -43,33 +43,33 @@ class Block(NamedTuple):
         yield "pred", self.pred
 
     def as_published(self) -> bool:
-        """Say whether both are laid out as `npss.poses_to_euler` returns poses: as the field scores Human3.6M."""
+        """Return whether both are laid out as by `npss.poses_to_euler`: as the field scores Human3.6M."""
         return self.gt.shape[2] == POSE and not (self.gt[..., :UNSCORED].any() or self.pred[..., :UNSCORED].any())
 
 
-class Trap(ABC):
-    """Something about motions that changes a score silently."""
+class Pitfall(ABC):
+    """A property of motions that changes a score silently."""
 
     name: str
 
     @abstractmethod
     def see(self, block: Block) -> None:
-        """Look at some more sequences."""
+        """Look at the next sequences."""
 
     @abstractmethod
     def found(self) -> Iterator[Found]:
-        """Yield what was found in all of them."""
+        """Yield the findings in all sequences."""
 
 
 class Tally:
-    """How often something was seen, and where first."""
+    """A count of places, and the first place."""
 
     def __init__(self) -> None:
         self.count = 0
         self.first: tuple[int, ...] = ()
 
     def add(self, top: int, where: Mask) -> None:
-        """Count the places that are true, the sequences beginning at `top`."""
+        """Count the places that are true; the first sequence has index `top`."""
         if not self.count and where.any():
             index = np.unravel_index(int(np.argmax(where)), where.shape)
             self.first = (top + int(index[0]), *(int(i) for i in index[1:]))

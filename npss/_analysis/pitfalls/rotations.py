@@ -1,4 +1,4 @@
-"""Rotations that are written now this way, now that: jumps in the numbers where the motion has none."""
+"""Pitfalls of rotations: jumps in the numbers of a rotation that does not jump."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from npss._analysis.pitfalls.pitfall import NOTE, WARNING, Block, Found, Mask, Tally, Trap
+from npss._analysis.pitfalls.pitfall import NOTE, WARNING, Block, Found, Mask, Pitfall, Tally
 from npss.validation import Float64
 
 
-class _Jump(Trap):
-    """A trap that springs at single places of either motion."""
+class _Jump(Pitfall):
+    """A pitfall at single places of either motion."""
 
     what: str
     mend: str
@@ -23,16 +23,16 @@ class _Jump(Trap):
         self._as_published = True
 
     def see(self, block: Block) -> None:
-        """Count the places."""
+        """Count the jumps."""
         self._as_published &= block.as_published()
         for argument, motion in block.named():
             self._tallies[argument].add(block.top, self.where(motion))
 
     def found(self) -> Iterator[Found]:
-        """Yield what was found of each; a note where published tables are of numbers that jump like that."""
+        """Yield a finding for each motion; a note if published tables have such jumps, too."""
         for argument, tally in self._tallies.items():
             if tally.count and self._as_published:
-                message = f"{self.what}, as in the published tables; {self.mend} removes them, for another score"
+                message = f"{self.what}, as in the published tables; {self.mend} removes them and changes the score"
                 yield Found(argument, tally.count, tally.first, message, NOTE)
             elif tally.count:
                 message = f"{self.what}, which change every score; {self.mend} removes them"
@@ -40,11 +40,11 @@ class _Jump(Trap):
 
     @abstractmethod
     def where(self, motion: Float64) -> Mask:
-        """Return where it springs, ``(n, ...)``."""
+        """Return the places of jumps, ``(n, ...)``."""
 
 
 class Wraps(_Jump):
-    """Angles that jump by a full turn, the joint standing still."""
+    """Angles that jump by a full turn while the joint stands still."""
 
     name = "wrap"
     what = "jumps of about 2 pi between frames"
@@ -54,21 +54,21 @@ class Wraps(_Jump):
         """Mark the frame (n, t, d) before each jump."""
         steps = np.abs(np.diff(motion, axis=1))
         jumps = np.abs(steps - 2 * math.pi) < 1
-        return np.asarray(jumps & _angles(motion, 2.1 * math.pi) & _calm(steps, jumps))  # wrapped, none is larger
+        return np.asarray(jumps & _angles(motion, 2.1 * math.pi) & _calm(steps, jumps))  # no wrapped angle is larger
 
 
 class GimbalFlips(_Jump):
-    """Euler angles of which the outer two jump by half a turn at gimbal lock, the joint going on."""
+    """Euler angles whose outer two jump by half a turn at gimbal lock while the joint moves smoothly."""
 
     name = "gimbal-flip"
-    what = "jumps of about pi in two Euler angles of three, where the rotation goes on through gimbal lock"
+    what = "jumps of about pi in two of three Euler angles, while the rotation continues through gimbal lock"
     mend = "npss.rotations.continuous_euler"
 
     def where(self, motion: Float64) -> Mask:
         """Mark the frame and the first of three features (n, t, d) before each jump."""
         steps = np.abs(np.diff(motion, axis=1))
         half_turns = (np.abs(steps - math.pi) < 1) | (np.abs(steps - 3 * math.pi) < 1)
-        outer = half_turns & _angles(motion, 4.1 * math.pi) & _calm(steps, half_turns)  # unwrapped, they are larger
+        outer = half_turns & _angles(motion, 4.1 * math.pi) & _calm(steps, half_turns)  # unwrapped angles are larger
         flips: Mask = outer[..., :-2] & outer[..., 2:]
         n, t, d = np.nonzero(flips)
         before, after = motion[n, t, d + 1], motion[n, t + 1, d + 1]
@@ -77,10 +77,10 @@ class GimbalFlips(_Jump):
 
 
 class SignFlips(_Jump):
-    """Quaternions that change their sign, the rotation being the same."""
+    """Quaternions that change sign while the rotation stays the same."""
 
     name = "quaternion-sign"
-    what = "quaternions change sign between frames, the rotation being the same"
+    what = "quaternions change sign between frames while the rotation stays the same"
     mend = "npss.rotations.continuous"
 
     def where(self, motion: Float64) -> Mask:
@@ -90,8 +90,8 @@ class SignFlips(_Jump):
         return np.asarray(unit[:, np.newaxis] & (products < -0.5))
 
 
-class Hemisphere(Trap):
-    """Quaternions opposite to those of the ground truth, the rotation being near."""
+class Hemisphere(Pitfall):
+    """Quaternions opposite to those of the ground truth, for similar rotations."""
 
     name = "hemisphere"
 
@@ -99,47 +99,47 @@ class Hemisphere(Trap):
         self._opposite = Tally()
 
     def see(self, block: Block) -> None:
-        """Count the quaternions of sequences that are nearer to the ground truth with the other sign."""
+        """Count the quaternions that are nearer to the ground truth with the other sign throughout a sequence."""
         (gt_unit, gt), (pred_unit, pred) = (_unit_quaternions(motion) for _, motion in block.named())
         products = (gt * pred).sum(axis=-1)
         opposite = (products.max(axis=1) < 0) & (products.mean(axis=1) < -0.5)
         self._opposite.add(block.top, gt_unit & pred_unit & opposite)
 
     def found(self) -> Iterator[Found]:
-        """Yield how many there are."""
+        """Yield their number."""
         if self._opposite.count:
             yield Found(
                 "pred",
                 self._opposite.count,
                 self._opposite.first,
-                "quaternions of sequences lie in the other hemisphere than the ground truth's: NPSS is the same, any "
-                "mean of differences is not; npss.rotations.continuous begins near a start",
+                "quaternions lie in the hemisphere opposite to the ground truth throughout a sequence: NPSS is the "
+                "same, but no mean of differences is; npss.rotations.continuous can begin near a start",
             )
 
 
 def _unit_quaternions(motion: Float64) -> tuple[Mask, Float64]:
-    """Return which are unit quaternions, ``(n, Q)``, of ``(n, T, Q, 4)``; Q is 0 if D is no multiple of 4."""
+    """Return a mask of unit quaternions ``(n, Q)``, and quaternions ``(n, T, Q, 4)``; Q is 0 unless 4 divides D."""
     n, n_frames, d = motion.shape
     quaternions = (motion[..., :0] if d % 4 else motion).reshape(n, n_frames, 0 if d % 4 else d // 4, 4)
     unit: Mask = (np.abs(np.square(quaternions).sum(axis=-1) - 1) < 1e-2).all(axis=1)
-    unit &= 2 * unit.sum(axis=1, keepdims=True) >= unit.shape[1]  # a few are unit by chance, in rotation matrices say
+    unit &= 2 * unit.sum(axis=1, keepdims=True) >= unit.shape[1]  # a few may be unit by chance, as in rotation matrices
     return unit, quaternions
 
 
 def _angles(motion: Float64, largest: float) -> Mask:
-    """Return which features may be angles, ``(n, 1, D)``: those without larger values, if they are the most."""
+    """Return which features may be angles, ``(n, 1, D)``: those without larger values, if they are the majority."""
     small: Mask = np.abs(motion).max(axis=1, keepdims=True) < largest
     small &= 2 * small.sum(axis=2, keepdims=True) >= small.shape[2]
     return small
 
 
 def _calm(steps: Float64, jumps: Mask) -> Mask:
-    """Return which features leap in their jumps alone, ``(n, 1, D)``: in noise, those say nothing."""
+    """Return which features are calm apart from their jumps, ``(n, 1, D)``: in noise, jumps mean nothing."""
     calm: Mask = ((steps > 1) & ~jumps).sum(axis=1, keepdims=True) < 1.5 + 0.1 * steps.shape[1]
     return calm
 
 
 def _turned(angles: Float64) -> Float64:
-    """Return how far angles are from whole turns."""
+    """Return the distance of angles from whole turns."""
     distance: Float64 = np.abs(np.remainder(angles + math.pi, math.tau) - math.pi)
     return distance

@@ -1,4 +1,4 @@
-"""Features that count for nothing, or for everything."""
+"""Pitfalls of weight: features that count for nothing, or for everything."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from npss._analysis.pitfalls.pitfall import NOTE, WARNING, Block, Found, Mask, Tally, Trap
+from npss._analysis.pitfalls.pitfall import NOTE, WARNING, Block, Found, Mask, Pitfall, Tally
 from npss.validation import Float64
 
 
-class Powerless(Trap):
-    """Features that count for nothing, since the ground truth has no power in them."""
+class Powerless(Pitfall):
+    """Features without power in the ground truth, which count for nothing."""
 
     name = "powerless"
 
@@ -20,13 +20,13 @@ class Powerless(Trap):
         self._predicted: Mask | None = None
 
     def see(self, block: Block) -> None:
-        """See which features are not zero."""
+        """Look for features that are not zero."""
         power, predicted = (np.asarray(motion.any(axis=(0, 1))) for _, motion in block.named())
         self._power = power if self._power is None else self._power | power
         self._predicted = predicted if self._predicted is None else self._predicted | predicted
 
     def found(self) -> Iterator[Found]:
-        """Yield the features without power: a note, unless something is predicted there."""
+        """Yield the features without power: a note, unless the prediction is not zero there."""
         assert self._power is not None
         assert self._predicted is not None
         if not self._power.all():
@@ -37,12 +37,12 @@ class Powerless(Trap):
             yield Found("gt", len(where), tuple(int(i) for i in where), message, WARNING if moved else NOTE)
 
 
-class Weight(Trap):
-    """A few features that hold most of the weight, such as translations beside angles."""
+class Weight(Pitfall):
+    """A few features with most of the weight, such as translations beside angles."""
 
     name = "weight"
     _MOST = 0.9  # of the weight
-    _FEW = 0.1  # of the features; on Human3.6M, it takes a fifth of those that move and more
+    _FEW = 0.1  # of the features; on Human3.6M, at least a fifth of the moving ones hold that weight
 
     def __init__(self) -> None:
         self._weight: Float64 | float = 0.0
@@ -52,7 +52,7 @@ class Weight(Trap):
         self._weight = self._weight + np.square(block.gt).sum(axis=(0, 1))
 
     def found(self) -> Iterator[Found]:
-        """Yield the features that have most of the power."""
+        """Yield the features with most of the power."""
         weight = np.asarray(self._weight)
         total, n_features = weight.sum(), np.count_nonzero(weight)
         order = np.argsort(-weight, kind="stable")
@@ -67,8 +67,8 @@ class Weight(Trap):
             )
 
 
-class NoRealPower(Trap):
-    """Predictions of which the released code sees rounding alone."""
+class NoRealPower(Pitfall):
+    """Predictions whose score by the released code is rounding noise."""
 
     name = "no-real-power"
 
@@ -76,20 +76,20 @@ class NoRealPower(Trap):
         self._odd = Tally()
 
     def see(self, block: Block) -> None:
-        """Count the features of sequences that are circularly odd, such as a whole number of periods of a sine.
+        """Count features that are circularly odd, such as whole periods of a sine, to the precision of float32.
 
-        As far as float32 tells: predictions are often computed in it.
+        Predictions are often computed in float32.
         """
         even = block.pred + block.pred[:, -np.arange(block.pred.shape[1])]
         size = np.abs(block.pred).max(axis=1)
         self._odd.add(block.top, (np.abs(even).max(axis=1) < 1e-5 * size) & block.gt.any(axis=1))
 
     def found(self) -> Iterator[Found]:
-        """Yield how many there are."""
+        """Yield their number."""
         if self._odd.count:
             yield Found(
                 "pred",
                 self._odd.count,
                 self._odd.first,
-                "features of sequences have a spectrum without real part: by 'released' they score rounding errors",
+                "features have spectra without a real part: by 'released' they score rounding errors",
             )

@@ -121,7 +121,7 @@ class TestKnownBlocks:
         assert known_blocks(name, action, (8, 100, 99)) is None
 
     def test_other_windows(self):
-        with pytest.raises(ValueError, match="walking: the protocol srnn-8 has 8 windows, but here are 5 sequences"):
+        with pytest.raises(ValueError, match="walking: the protocol srnn-8 has 8 windows, got 5 sequences"):
             known_blocks("srnn-8", "walking", (5, 100, 99))
 
 

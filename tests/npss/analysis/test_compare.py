@@ -448,7 +448,7 @@ def test_the_text_says_the_numbers_and_what_they_are():
     assert str(comparison).splitlines() == [
         f"{comparison.a:.4f} - {comparison.b:.4f} = {comparison.difference:.4f}, {low:.4f} to {high:.4f} (95 %), "
         f"p = {comparison.p_value:.3g}, the first is better in {comparison.better} of 8 blocks",
-        "  two-sided sign-flip test over 8 blocks, all 256 exchanges, and the differences that it does not reject",
+        "  two-sided sign-flip test over 8 blocks, all 256 exchanges; interval: the differences not rejected",
         "  8 sequences, each its own block, assumed independent",
         f"  {INFERRED}",
         f"  {npss.signature(representation='euler', frames=25, fps=25)}",
@@ -552,10 +552,10 @@ def test_metrics_that_are_none():
 
 
 def test_times_and_metrics_that_do_not_fit():
-    with pytest.raises(ValueError, match=r"^at_ms: NPSS is of all frames"):
+    with pytest.raises(ValueError, match=r"^at_ms: NPSS covers all frames"):
         npss.compare(*motions(), at_ms=80)
     for given_ in ({}, {"fps": 25}, {"at_ms": 80}):
-        with pytest.raises(ValueError, match=r"^at_ms: the Euler error is one of a time: give fps and at_ms"):
+        with pytest.raises(ValueError, match=r"^at_ms: the Euler error is measured at one time: give fps and at_ms"):
             npss.compare(*motions(), metric="euler_error", **given_)
     for time in (0, 30, 1040, -40):
         with pytest.raises(ValueError, match=rf"^at_ms: {time} ms is .*; nearest: "):

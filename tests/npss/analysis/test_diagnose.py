@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import npss
 from npss import gait
 from npss._analysis import diagnose as _diagnose
-from npss._analysis.pitfalls import TRAPS
+from npss._analysis.pitfalls import PITFALLS
 from npss.commands import main
 from npss.files._samples import read_samples
 from npss.rotations import (
@@ -77,7 +77,7 @@ def motion():
 
 
 def test_names_are_those_of_the_documentation():
-    assert tuple(trap.name for trap in TRAPS) == NAMES
+    assert tuple(pitfall.name for pitfall in PITFALLS) == NAMES
     for name in NAMES:
         assert f"- ``{name}``: " in npss.diagnose.__doc__
         assert f"``'{name}'``" in npss.Finding.__doc__
@@ -401,7 +401,7 @@ def test_jumps_of_angles_as_published_are_notes():
     assert [(one.trap, one.argument, one.severity, one.where) for one in found] == [
         ("wrap", "gt", "note", (1, 39, 60)), ("gimbal-flip", "pred", "note", (2, 29, 70)),
     ]  # fmt: skip
-    assert "as in the published tables; npss.unwrap removes them, for another score" in str(found[0])
+    assert "as in the published tables; npss.unwrap removes them and changes the score" in str(found[0])
     for moved in (gt, pred):
         moved[0, 0, 5] = 1e-3
         assert {one.severity for one in find(gt, pred) if one.trap in ("wrap", "gimbal-flip")} == {"warning"}
@@ -552,7 +552,7 @@ def test_padding(motion, length, fill):
     (finding,) = find(gt, pred)
     assert (finding.trap, finding.argument, finding.severity) == ("padding", "gt", "warning")
     assert (finding.count, finding.where) == (2, (1,))
-    assert f"2 sequences end, as their predictions do, in {count} equal frames or more: padding?" in str(finding)
+    assert f"2 sequences, and their predictions, end in {count} or more equal frames: padding?" in str(finding)
     assert str(finding).endswith("; the first at sequence 1")
     still = np.repeat(pred[:, :1], 100, axis=1)
     assert {one.trap for one in find(gt, still)} == {"padding", "constant"}
@@ -577,8 +577,8 @@ def test_degrees(motion):
     both, beside = find(np.degrees(gt), np.degrees(pred)), find(gt, np.degrees(gt[:, ::-1]))
     assert [(one.trap, one.argument) for one in both] == [("degrees", "gt"), ("degrees", "pred")]
     assert both[0].where == (int(np.abs(gt).max(axis=(0, 1)).argmax()),)
-    assert f"values up to {np.degrees(np.abs(gt).max()):.4g}, in most features beyond 4 pi" in str(both[0])
-    assert str(both[0]).endswith(f"the largest is of feature {both[0].where[0]}")
+    assert f"values up to {np.degrees(np.abs(gt).max()):.4g}, beyond 4 pi in most features" in str(both[0])
+    assert str(both[0]).endswith(f"the largest is in feature {both[0].where[0]}")
     assert [(one.trap, one.argument) for one in beside] == [("degrees", "pred"), ("degrees", "pred")]
     assert "moves 57 times as far as the other" in str(beside[1])
     assert traps(np.degrees(gt), pred) == [("degrees", "gt"), ("degrees", "gt")]
