@@ -1,4 +1,4 @@
-"""The command ``npss``, and what commands of other packages share with it."""
+"""The command ``npss``, and parts that commands of other packages reuse."""
 
 from npss.commands._leaderboard import add_leaderboard_options, leaderboard_of, show_leaderboard
 from npss.commands._main import main

@@ -1,4 +1,4 @@
-"""``npss demo``: a leaderboard on motion that is generated here."""
+"""``npss demo``: a leaderboard on generated motion."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def add_parser(commands: Any) -> None:
     parser: argparse.ArgumentParser = commands.add_parser(
         "demo",
         help="rank predictors on a generated gait",
-        description="Rank the predictors that need no training on a synthetic gait, every convention side by side.",
+        description="Rank untrained predictors on a generated gait, with all conventions side by side.",
     )
     parser.set_defaults(run=run)
 
@@ -41,6 +41,4 @@ def run(options: argparse.Namespace) -> None:
         )
         records.append({"model": name, "action": "gait", **record})
     print(summary(records))
-    print(
-        "\nOne prediction has as many scores as there are conventions. What a signature says: npss explain 'SIGNATURE'"
-    )
+    print("\nEach convention gives a prediction another score. To read a signature: npss explain 'SIGNATURE'")

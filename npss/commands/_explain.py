@@ -1,4 +1,4 @@
-"""``npss explain``: a signature in plain words."""
+"""``npss explain``: explain a signature."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ def add_parser(commands: Any) -> None:
     """Add the command to those of ``npss``."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "explain",
-        help="say in plain words what a signature's number is",
-        description="Say in plain words what was computed, and whether it is comparable to the published tables.",
+        help="explain a signature in plain words",
+        description="Explain in plain words what was computed, and whether it is comparable with published tables.",
     )
-    parser.add_argument("signature", help="a signature, as printed with every score (quote it: it holds '|')")
+    parser.add_argument("signature", metavar="SIGNATURE", help="a signature as printed with a score, in quotes")
     parser.set_defaults(run=run)
 
 

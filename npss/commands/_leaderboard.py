@@ -1,4 +1,4 @@
-"""``npss leaderboard``: rank the models whose predictions, or records, files hold."""
+"""``npss leaderboard``: rank models by files of their predictions or records."""
 
 from __future__ import annotations
 
@@ -17,11 +17,10 @@ if TYPE_CHECKING:
 FORMATS = ("text", "markdown", "latex", "html", "csv")
 
 _DESCRIPTION = """\
-Rank models, with intervals, and mark differences that are more than chance.
+Rank models, with confidence intervals, and mark significant differences.
 
-  npss leaderboard DIR            a folder with a file of samples ({samples}) for each model: MODEL.npz, or
-                                  MODEL/samples.npz; models of the same name are told apart by what differs in their
-                                  paths
+  npss leaderboard DIR            a folder with one file of samples ({samples}) per model: MODEL.npz or
+                                  MODEL/samples.npz; models of the same name are shown with part of their paths
   npss leaderboard FILE ...       such files, and records ({records}) as npss-baselines evaluate prints them
 
 Needs pandas (extra pandas).
@@ -45,18 +44,20 @@ def add_parser(commands: Any) -> None:
 
 
 def add_protocol(parser: argparse.ArgumentParser) -> None:
-    """Add the option that says what files of samples do not say."""
-    parser.add_argument("--protocol", help="state in the signature which test windows the samples are of")
+    """Add the option for the protocol, which files of samples do not state."""
+    parser.add_argument(
+        "--protocol", metavar="NAME", help="state in the signature that the samples are of these test windows"
+    )
 
 
 def add_groups(parser: argparse.ArgumentParser) -> None:
-    """Add the option that names the blocks of sequences."""
+    """Add the option for the blocks of sequences."""
     parser.add_argument(
         "--groups",
         type=Path,
         metavar="FILE",
-        help="read from this file (JSON) which sequences depend on each other: for each action a list with a label for "
-        "each sequence, null for one in no block; --protocol srnn-8 or random-256 knows its own",
+        help="read blocks of dependent sequences from this JSON file: for each action, a list with one label per "
+        "sequence, null for a sequence in no block (default: the blocks of --protocol)",
     )
 
 
@@ -71,19 +72,19 @@ def groups_of(options: argparse.Namespace) -> dict[str, Any] | None:
 
 
 def context_of(options: argparse.Namespace) -> dict[str, Any]:
-    """Return what the signatures of files of samples state besides."""
+    """Return the further fields of the signatures of files of samples."""
     return {"protocol": options.protocol} if options.protocol else {}
 
 
 def add_leaderboard_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of whatever prints a leaderboard.
+    """Add the options of a command that prints a leaderboard.
 
     Parameters
     ----------
     parser : ArgumentParser
-        Of the command.
+        The parser of the command.
     """
-    parser.add_argument("--published", action="store_true", help="show published rows of the same meaning, too")
+    parser.add_argument("--published", action="store_true", help="also show published rows of the same meaning")
     parser.add_argument(
         "--by", metavar="COLUMN", help="sort by this column, such as 'NPSS released' (default: the first)"
     )
@@ -93,10 +94,16 @@ def add_leaderboard_options(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar=("NAME", "MODEL"),
-        help="average the models that follow NAME, three or more runs of one method that differ in their seed",
+        help="average these models, three or more runs of one method that differ in their seed, as NAME (repeatable)",
     )
-    parser.add_argument("--level", type=float, default=0.95, help="give intervals and marks this level (default: 0.95)")
-    parser.add_argument("--format", choices=FORMATS, default="text")
+    parser.add_argument(
+        "--level",
+        type=float,
+        default=0.95,
+        metavar="P",
+        help="set the confidence level of intervals and marks (default: %(default)s)",
+    )
+    parser.add_argument("--format", choices=FORMATS, default="text", help="set the format (default: %(default)s)")
     add_max_size(parser)
 
 
@@ -114,14 +121,14 @@ def run(options: argparse.Namespace) -> None:
 
 
 def leaderboard_of(source: Any, options: argparse.Namespace, **context: Any) -> Leaderboard:
-    """Return the leaderboard of whatever it can be made of.
+    """Return the leaderboard of a source.
 
     Parameters
     ----------
     source : object
         As for `npss.leaderboard`.
     options : Namespace
-        Those that `add_leaderboard_options` adds.
+        The values of the options that `add_leaderboard_options` adds.
     **context
         As for `npss.leaderboard`.
 
@@ -133,14 +140,14 @@ def leaderboard_of(source: Any, options: argparse.Namespace, **context: Any) -> 
     Raises
     ------
     ValueError
-        If a method is named twice; or as `npss.leaderboard`.
+        If a method is a duplicate; or as `npss.leaderboard`.
     """
-    from npss.ranking._leaderboard import leaderboard  # here, since few commands need it
+    from npss.ranking._leaderboard import leaderboard  # imported here: few commands need it
 
     methods: dict[str, list[str]] = {}
     for name, *models in options.method:
         if name in methods:
-            raise ValueError(f"--method {name} is there twice")
+            raise ValueError(f"--method {name}: duplicate method")
         methods[name] = models
     return leaderboard(
         source, published=options.published, by=options.by, methods=methods, level=options.level, **context
@@ -155,6 +162,6 @@ def show_leaderboard(board: Leaderboard, options: argparse.Namespace) -> None:
     board : Leaderboard
         The leaderboard.
     options : Namespace
-        Those that `add_leaderboard_options` adds; ``format`` counts.
+        The values of the options that `add_leaderboard_options` adds; only ``format`` is used.
     """
     print(getattr(board, f"to_{options.format}")())

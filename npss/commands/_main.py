@@ -1,4 +1,4 @@
-"""The command ``npss``: score files, explain signatures, see the metric at work."""
+"""The entry point of the command ``npss``."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        By default those of the process.
+        The arguments (default: those of the process).
 
     Returns
     -------
     int
-        The exit status, as of `npss.console.run`.
+        The exit status, as `npss.console.run` returns it.
     """
     return run("npss", _parser, arguments)
 
 
 def _parser() -> Parser:
     parser = Parser(
-        prog="npss", description="NPSS, the metric for long-term human motion prediction: one meaning per number."
+        prog="npss", description="Score and compare human motion prediction by NPSS: one meaning per number."
     )
     parser.add_argument("--version", action="version", version=f"npss {npss.__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")

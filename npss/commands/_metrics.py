@@ -1,4 +1,4 @@
-"""The option of commands that measure by other metrics than NPSS and the Euler error."""
+"""The option for metrics other than NPSS and the Euler error."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def add_metrics(parser: argparse.ArgumentParser) -> None:
     Parameters
     ----------
     parser : ArgumentParser
-        Of the command.
+        The parser of the command.
     """
     others = ", ".join(name for name in METRICS if name not in (NPSS.name, EULER_ERROR.name))
     parser.add_argument(
@@ -21,5 +21,5 @@ def add_metrics(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=(),
         metavar="NAME",
-        help=f"measure by these metrics, too: {others}, or any other that is registered",
+        help=f"also measure by these metrics: {others}, or any other registered metric",
     )

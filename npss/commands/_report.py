@@ -1,4 +1,4 @@
-"""``npss report``: everything there is to see about some prediction files, on one page."""
+"""``npss report``: a full report of prediction files, on one page."""
 
 from __future__ import annotations
 
@@ -38,22 +38,22 @@ from npss.validation import Array
 if TYPE_CHECKING:
     from npss.ranking._frame import Leaderboard
 
-_SHOWN = 8  # sequences of an action that move on the page: more would make it large
-_STRIP_MS = (160, 560, 1000, 2000, 4000)  # of figure 2 of the NPSS paper
+_SHOWN = 8  # animated sequences of an action; more would make the page large
+_STRIP_MS = (160, 560, 1000, 2000, 4000)  # as in figure 2 of the NPSS paper
 
 
 def add_parser(commands: Any) -> None:
     """Add the command to those of ``npss``."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "report",
-        help="write a page that shows all about prediction files",
-        description="Write a page (HTML, one file) with the leaderboard, the diagnosis, pictures and moving skeletons. "
+        help="write a full report of prediction files",
+        description="Write a full report on one HTML page: leaderboard, diagnosis, pictures and moving skeletons. "
         "Needs pandas and matplotlib (extras pandas and plot).",
     )
     parser.add_argument(
-        "paths", nargs="+", type=Path, metavar="PATH", help=f"a folder of {listed('samples')} samples, or such files"
+        "paths", nargs="+", type=Path, metavar="PATH", help=f"{listed('samples')} files of samples, or folders of them"
     )
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="write the page to this file")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="write the page to FILE")
     add_protocol(parser)
     add_groups(parser)
     add_metrics(parser)
@@ -77,11 +77,11 @@ def write_report(path: Path, submissions: Submissions, board: Leaderboard) -> No
     Parameters
     ----------
     path : Path
-        The file to be written.
+        The file to write.
     submissions : mapping of str to mapping of str to Pair
-        By model and action.
+        Predictions by model and action.
     board : Leaderboard
-        Of the same models and actions.
+        The leaderboard of the same models and actions.
     """
     actions = list(dict.fromkeys(action for pairs in submissions.values() for action in pairs))
     parts = []
@@ -94,7 +94,7 @@ def write_report(path: Path, submissions: Submissions, board: Leaderboard) -> No
         title=f"{len(submissions)} models on {', '.join(actions)}",
         boards=html_tables(board.standings, by=board.by),
         notes=board.notes,
-        signatures=list(dict.fromkeys(one.result.signature for one in board.standings)),
+        signatures=list(dict.fromkeys(standing.result.signature for standing in board.standings)),
         figures=[figure for part in parts for figure in part.figures],
         findings=[finding for part in parts for finding in part.findings],
         clips={part.action: part.clips for part in parts},
@@ -105,7 +105,7 @@ def write_report(path: Path, submissions: Submissions, board: Leaderboard) -> No
 
 
 class _Action:
-    """What the page shows of one action."""
+    """The part of the page about one action."""
 
     def __init__(self, action: str, pairs: Mapping[str, Pair], board: Leaderboard) -> None:
         self.action = action
@@ -114,7 +114,7 @@ class _Action:
         self._preds = {model: poses_to_euler(pair.pred) for model, pair in pairs.items()}
         (table,) = (table for table in tables(board.standings, board.by) if table.action == action)
         best = table.models[0][0]
-        self._best = best if best in pairs else next(iter(pairs))  # a method has no predictions; its runs have
+        self._best = best if best in pairs else next(iter(pairs))  # a method has no predictions of its own
         shown = next(
             table.cells[best, False, column].result
             for column in (table.by, *table.columns)
@@ -132,33 +132,33 @@ class _Action:
         self.figures = list(self._draw())
 
     def _diagnose(self) -> Iterator[tuple[str, list[str]]]:
-        """Yield what is to be said of the ground truth, once, and of each prediction."""
-        found = {model: diagnose(self._gt, pred) for model, pred in self._preds.items()}
-        truth = dict.fromkeys(str(one) for several in found.values() for one in several if one.argument == "gt")
-        yield TRUTH, list(truth)
-        for model, several in found.items():
-            yield model, [str(one) for one in several if one.argument == "pred"]
+        """Yield the findings about the ground truth, once, and about each prediction."""
+        diagnoses = {model: diagnose(self._gt, pred) for model, pred in self._preds.items()}
+        truth = [str(finding) for diagnosis in diagnoses.values() for finding in diagnosis if finding.argument == "gt"]
+        yield TRUTH, list(dict.fromkeys(truth))
+        for model, diagnosis in diagnoses.items():
+            yield model, [str(finding) for finding in diagnosis if finding.argument == "pred"]
 
     def _draw(self) -> Iterator[Figure]:
-        from npss import plot  # here, since matplotlib takes its time
+        from npss import plot  # imported here: matplotlib is slow to import
 
         if times := [time for time in _STRIP_MS if time * FPS <= 1000 * self._gt.shape[1]]:
             first = {label: positions[0] for label, positions in self.clips.items()}
             strip = plot.film_strip(first, fps=FPS, at_ms=times, skeleton=H36M)
             yield self._figure("the first sequence", strip, "At the times of figure 2 of the NPSS paper.")
-        if not moving_pair(self._gt, self._gt)[2].all():  # of sequences that stand still, there is none
+        if not moving_pair(self._gt, self._gt)[2].all():  # still sequences have no Euler error
             errors = plot.errors(self._gt, self._preds, fps=FPS, groups=self._groups, **self._context)
             yield self._figure(f"{EULER_ERROR.heading} over time", errors, "With pointwise bands over blocks.")
-        stated: dict[str, Any] = {"fps": FPS, "convention": self._convention, "feature_names": FEATURE_NAMES}
-        taken_apart = report(self._gt, self._preds[self._best], **stated, **self._context)
-        if taken_apart.score == 0:
-            return  # of which nothing has a share
-        shares = plot.contributions(taken_apart)
+        options: dict[str, Any] = {"fps": FPS, "convention": self._convention, "feature_names": FEATURE_NAMES}
+        parts = report(self._gt, self._preds[self._best], **options, **self._context)
+        if parts.score == 0:
+            return  # nothing has a share of 0
+        shares = plot.contributions(parts)
         yield self._figure(f"where the score of {self._best} comes from", shares, "Shares of joints and sequences.")
-        sequence, feature = _largest(taken_apart)
-        stated |= {"sequence": sequence, "feature": feature, "names": (TRUTH, self._best)}
-        spectra = plot.spectra(self._gt, self._preds[self._best], **stated, **self._context)
-        caption = "Of the feature and sequence that cost most."
+        sequence, feature = _largest(parts)
+        options |= {"sequence": sequence, "feature": feature, "names": (TRUTH, self._best)}
+        spectra = plot.spectra(self._gt, self._preds[self._best], **options, **self._context)
+        caption = "The feature and sequence that cost most."
         yield self._figure(f"the spectra behind it, {self._best}", spectra, caption)
 
     def _figure(self, title: str, figure: Any, caption: str) -> Figure:
@@ -167,8 +167,8 @@ class _Action:
         return Figure(f"{self.action}: {title}", svg.getvalue(), caption)
 
 
-def _largest(taken_apart: Report) -> tuple[int, int]:
+def _largest(report: Report) -> tuple[int, int]:
     """Return the sequence and feature that contribute most."""
-    parts: Array = taken_apart.weight * taken_apart.emd
+    parts: Array = report.weight * report.emd
     sequence, feature = divmod(int(parts.argmax()), parts.shape[1])
     return sequence, feature

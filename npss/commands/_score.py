@@ -1,4 +1,4 @@
-"""``npss score``: the score of files, under every convention unless one is named."""
+"""``npss score``: score files, by every convention unless one is named."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ _DESCRIPTION = """\
 Score a prediction against its ground truth.
 
   npss score GT PRED      two {array} files, (N, T, D) or (T, D); or two {arrays} files, whose arrays pair by name
-                          (--key chooses one; single values, texts and Python objects beside them are not read)
+                          (--key chooses one; single values, text and Python objects are ignored)
   npss score SAMPLES      one {samples} file of expmap/gt/ACTION_i and expmap/preds/ACTION_i, each (T, 99):
-                          Human3.6M exponential maps at 25 frames per second; the Euler error is printed, too
+                          Human3.6M exponential maps at 25 frames per second; also prints the Euler error
 
-The files come first, then the options.
-Without --convention, the score is shown under each of paper, released and literal: they are different numbers.
+Give the files before the options. Without --convention, the score is printed by each of paper, released and literal,
+which are different numbers.
 """
 
 
@@ -42,29 +42,34 @@ def add_parser(commands: Any) -> None:
     """Add the command to those of ``npss``."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "score",
-        help="score files of motion",
+        help="score motion files",
         description=_DESCRIPTION.format(array=listed("array"), arrays=listed("arrays"), samples=listed("samples")),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="GT and PRED, or SAMPLES alone")
-    parser.add_argument("--convention", choices=tuple(CONVENTIONS), help="score by this convention alone")
-    parser.add_argument("--format", choices=("text", "json", "markdown"), default="text")
+    parser.add_argument("--convention", choices=tuple(CONVENTIONS), help="score by this convention only (default: all)")
+    parser.add_argument(
+        "--format",
+        choices=("text", "json", "markdown"),
+        default="text",
+        help="set the format of the output (default: %(default)s)",
+    )
     parser.add_argument(
         "--expmap",
         action="store_true",
-        help="convert GT and PRED, Human3.6M exponential maps (99 columns), to Euler angles first",
+        help="convert GT and PRED from Human3.6M exponential maps (99 columns) to Euler angles first",
     )
-    parser.add_argument("--key", metavar="NAME", help="score the arrays of this name alone (default: all of them)")
-    parser.add_argument("--representation", help="state in the signature what the arrays hold")
-    parser.add_argument("--protocol", help="state in the signature which test windows these are")
-    parser.add_argument("--fps", type=float, help="give the frames per second, which the signature states")
+    parser.add_argument("--key", metavar="NAME", help="score only the arrays of this name (default: all)")
+    parser.add_argument("--representation", metavar="NAME", help="state in the signature what the arrays hold")
+    parser.add_argument("--protocol", metavar="NAME", help="state in the signature which test windows these are")
+    parser.add_argument("--fps", type=float, help="set the frames per second, which times and the signature need")
     parser.add_argument(
         "--edges-ms",
         type=float,
         nargs="+",
         default=(),
         metavar="MS",
-        help="score windows, too, with these edges in milliseconds",
+        help="also score the windows between these edges, in milliseconds",
     )
     parser.add_argument(
         "--at-ms",
@@ -72,17 +77,17 @@ def add_parser(commands: Any) -> None:
         nargs="+",
         default=(),
         metavar="MS",
-        help="print the Euler error at these times in milliseconds",
+        help="print the Euler error at these times, in milliseconds",
     )
     add_metrics(parser)
     parser.add_argument(
         "--unwrap",
         choices=("off", "target"),
         default="off",
-        help="remove jumps of 2 pi before scoring (not done by default)",
+        help="remove jumps of 2 pi before scoring (default: %(default)s)",
     )
     parser.add_argument(
-        "--workers", type=int, default=1, metavar="N", help="use this many threads; -1 for all CPUs (default: 1)"
+        "--workers", type=int, default=1, metavar="N", help="use N threads, -1 for all CPUs (default: %(default)s)"
     )
     add_max_size(parser)
     parser.set_defaults(run=run)
@@ -104,11 +109,11 @@ def _records(options: argparse.Namespace) -> list[Record]:
     fps, samples = options.fps, len(options.files) == 1
     if samples:
         if options.key is not None:
-            raise ValueError(f"--key: it chooses an array of GT and PRED, and {options.files[0]} is a file of samples")
+            raise ValueError(f"--key chooses an array of GT and PRED, but {options.files[0]} is a file of samples")
         if options.expmap or options.representation or fps is not None:
             raise ValueError(
-                f"{options.files[0]}: samples are Human3.6M exponential maps at {FPS} frames per second, which are "
-                f"converted to Euler angles: leave out --expmap, --representation and --fps"
+                f"{options.files[0]}: samples are Human3.6M exponential maps at {FPS} frames per second, converted to "
+                f"Euler angles; leave out --expmap, --representation and --fps"
             )
         poses = read_poses(*options.files, max_size=options.max_size)
         with naming_file(*options.files):
@@ -118,16 +123,16 @@ def _records(options: argparse.Namespace) -> list[Record]:
         poses = pairs = read_pair(*options.files, key=options.key, max_size=options.max_size)
         if options.expmap:
             if options.representation:
-                raise ValueError("--representation: with --expmap it is euler: leave it out")
+                raise ValueError("--representation: --expmap implies euler; leave it out")
             pairs = [converted(pair) for pair in pairs]
     else:
         raise ValueError(f"expected GT and PRED, or SAMPLES alone, got {len(options.files)} files")
     if samples or options.expmap:
         context["representation"] = "euler"
-    advice = "; --key NAME scores one array alone" if len(pairs) > 1 and not samples else ""
-    given = poses if samples or options.expmap else [None] * len(pairs)
+    advice = "; --key NAME scores a single array" if len(pairs) > 1 and not samples else ""
+    sources = poses if samples or options.expmap else [None] * len(pairs)
     return [
-        _record(pair, pose, options, fps, samples, context, advice) for pair, pose in zip(pairs, given, strict=True)
+        _record(pair, pose, options, fps, samples, context, advice) for pair, pose in zip(pairs, sources, strict=True)
     ]
 
 
@@ -171,16 +176,16 @@ def _record(
 
 def _text(record: Record, *, markdown: bool) -> str:
     signatures = record["signatures"]
-    rows = [[NPSS.heading, name, _written(NPSS, value), signatures[name]] for name, value in record["npss"].items()]
+    rows = [[NPSS.heading, name, _rounded(NPSS, value), signatures[name]] for name, value in record["npss"].items()]
     for name, windows in record.get("npss_windows", {}).items():
         for window, value in windows.items():
-            which = signature_of(record, NPSS.name, name, window=window)
-            rows.append([NPSS.column(window=window), name, _written(NPSS, value), which])
+            signature = signature_of(record, NPSS.name, name, window=window)
+            rows.append([NPSS.column(window=window), name, _rounded(NPSS, value), signature])
     for time, value in record.get("euler_error", {}).items():
-        rows.append([EULER_ERROR.column(at_ms=time), "", _written(EULER_ERROR, value), signatures[EULER_ERROR.name]])
+        rows.append([EULER_ERROR.column(at_ms=time), "", _rounded(EULER_ERROR, value), signatures[EULER_ERROR.name]])
     for column, value in record.get("metrics", {}).items():
         metric = METRICS[parse_signature(signatures[column])["metric"]]
-        rows.append([column, "", _written(metric, value), signatures[column]])
+        rows.append([column, "", _rounded(metric, value), signatures[column]])
     if markdown:
         rows = [[*row[:3], markdown_code(row[3]).replace("|", "\\|")] for row in rows]
     lines = [table(["metric", "convention", "value", "signature"], rows, "llrl", markdown=markdown)]
@@ -188,7 +193,7 @@ def _text(record: Record, *, markdown: bool) -> str:
         lines.insert(0, f"### {markdown_text(record['action'])}\n" if markdown else record["action"])
     if "still" in record:
         still = ", ".join(map(str, record["still"]))
-        lines.append(f"\nWithout an Euler error, since nothing moves in their ground truth: sequence {still}.")
+        lines.append(f"\nNo Euler error, since nothing moves in the ground truth: sequence {still}.")
     if "stored_curve_difference" in record:
         difference = record["stored_curve_difference"]
         verdict = "reproduced" if difference < 1e-6 else "NOT reproduced"
@@ -199,5 +204,5 @@ def _text(record: Record, *, markdown: bool) -> str:
     return "\n".join(lines)
 
 
-def _written(metric: Metric, value: float) -> str:
+def _rounded(metric: Metric, value: float) -> str:
     return f"{value:.{4 if metric.digits is None else metric.digits}f}"

@@ -1,4 +1,4 @@
-"""What votes tell, as text for people."""
+"""The results of votes, as text."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from npss.ranking._names import one_line
 from npss.study._summary import LEVEL, MEANINGS
 
 
-def text(told: dict[str, Any]) -> str:
-    """Return what `npss.study._summary.summary` tells as tables, and what their numbers mean."""
-    parts = [_participants(told), _pairs(told["pairs"])]
-    if "metrics" in told:
-        parts += [_rankings(told["metrics"]), _agreements(told["metrics"])]
-    if told.get("comparisons"):
-        parts += [*map(_comparison, told["comparisons"]), _notes("binomial_test", "mcnemar_test")]
+def text(results: dict[str, Any]) -> str:
+    """Return the results of `npss.study._summary.summary` as tables, with the meanings of their numbers."""
+    parts = [_participants(results), _pairs(results["pairs"])]
+    if "metrics" in results:
+        parts += [_rankings(results["metrics"]), _agreements(results["metrics"])]
+    if results.get("comparisons"):
+        parts += [*map(_comparison, results["comparisons"]), _notes("binomial_test", "mcnemar_test")]
     return "\n\n".join(parts)
 
 
@@ -24,9 +24,9 @@ def _notes(*names: str) -> str:
     return "\n".join(f"    {name}: {MEANINGS[name]}" for name in names)
 
 
-def _participants(told: dict[str, Any]) -> str:
+def _participants(results: dict[str, Any]) -> str:
     rows, undefined = [], []
-    for name, votes in (*told["actions"].items(), ("all", told["overall"])):
+    for name, votes in (*results["actions"].items(), ("all", results["overall"])):
         kappa = votes["fleiss_kappa"]
         if kappa is None:
             undefined.append(one_line(f"fleiss_kappa of {name} is not defined: {votes['fleiss_kappa_undefined']}"))
@@ -58,29 +58,30 @@ def _rankings(metrics: dict[str, Any]) -> str:
                 place = next(place for place in ranked["rankings"][action] if place["model"] == model)
                 rows[-1] += [f"{place['score']:.3f}", str(place["rank"])]
     header = ["action", "model", *(cell for metric in metrics for cell in (score_heading(metric), "rank"))]
-    stated = {
+    signatures = {
         f"    {score_heading(metric)}: {signature or 'signature not stated'}": None
         for metric, ranked in metrics.items()
         for signature in ranked["signatures"].values()
     }
-    return "\n".join([table(header, rows, "ll" + "rr" * len(metrics)), _notes("score", "rank"), *stated])
+    return "\n".join([table(header, rows, "ll" + "rr" * len(metrics)), _notes("score", "rank"), *signatures])
 
 
 def _agreements(metrics: dict[str, Any]) -> str:
     rows = []
-    for metric, agreed in metrics.items():
-        for action, found in (*agreed["actions"].items(), ("all", agreed["overall"])):
-            questions = found["agreed"] + found["disagreed"]
-            shares = [f"{share:.3f}" for share in (found["rate"], *found["interval"])] if questions else ["-"] * 3
-            ties = [str(found["tied_votes"]), str(found["tied_metric"])]
-            rows.append([score_heading(metric), one_line(action), f"{found['agreed']}/{questions}", *shares, *ties])
+    for metric, agreements in metrics.items():
+        for action, agreement in (*agreements["actions"].items(), ("all", agreements["overall"])):
+            agreed, questions = agreement["agreed"], agreement["agreed"] + agreement["disagreed"]
+            shares = [agreement["rate"], *agreement["interval"]] if questions else []
+            rates = [f"{share:.3f}" for share in shares] or ["-"] * 3
+            ties = [str(agreement["tied_votes"]), str(agreement["tied_metric"])]
+            rows.append([score_heading(metric), one_line(action), f"{agreed}/{questions}", *rates, *ties])
     header = ["metric", "action", "agreed", "rate", "from", "to", "no majority", "metric tied"]
     return "\n".join([table(header, rows, "llrrrrrr"), _notes("rate")])
 
 
-def _comparison(found: dict[str, Any]) -> str:
-    joint, mcnemar, independent = found["joint"], found["mcnemar_test"], found["binomial_test"]
-    a, b = score_heading(found["a"]), score_heading(found["b"])
+def _comparison(comparison: dict[str, Any]) -> str:
+    joint, mcnemar, independent = (comparison[name] for name in ("joint", "mcnemar_test", "binomial_test"))
+    a, b = score_heading(comparison["a"]), score_heading(comparison["b"])
     lines = [f"{a} against {b}, alternative: {mcnemar['alternative']}"]
     if independent:
         low, high = independent["interval_difference"]
@@ -90,8 +91,8 @@ def _comparison(found: dict[str, Any]) -> str:
             f"(Newcombe's interval of level {LEVEL:g})",
         ]
     lines += [
-        f"  {mcnemar['method']}: p = {mcnemar['p_value']:.5g}; right are both on {joint['both']} questions, "
-        f"{a} alone on {joint['only_a']}, {b} alone on {joint['only_b']}, neither on {joint['neither']}; "
-        f"{joint['tied']} with a tie left out",
+        f"  {mcnemar['method']}: p = {mcnemar['p_value']:.5g}; both are right on {joint['both']} questions, "
+        f"only {a} on {joint['only_a']}, only {b} on {joint['only_b']}, neither on {joint['neither']}; "
+        f"{joint['tied']} questions with a tie are left out",
     ]
     return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""What commands have in common: their parser, progress, tables, and terminals that lack signs."""
+"""Parts of command lines: parser, progress, tables, output in any encoding."""
 
 from npss.console._parser import Parser, add_plugin, meant
 from npss.console._progress import Progress, duration

@@ -1,4 +1,4 @@
-"""What a command prints: signs such as † in ASCII where the encoding lacks them, and warnings in one line."""
+"""The output of a command: ASCII for characters that the encoding lacks, such as †, and one-line warnings."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-_NAME = "npss-ascii"  # of the error handler
+_NAME = "npss-ascii"  # the error handler
 _IN_ASCII = {"†": "^", "–": "-", "—": "-", "−": "-", "∞": "inf", "…": "...", "×": "x", "·": "*", "µ": "u", "μ": "u"}
 
 
 def allow_any_text() -> None:
-    """Let standard output replace what it cannot encode, unless it has been told what to do then."""
+    """Let standard output replace what it cannot encode, unless it has an error handler already."""
     if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors in ("strict", "surrogateescape"):
         sys.stdout.reconfigure(errors=_NAME)
 
 
 def discard_output() -> None:
-    """Give up what standard output could not write, lest Python tries again, and complains again, at its end."""
+    """Discard output that could not be written, so that Python does not try, and complain, again when it exits."""
     try:
         print(end="", flush=True)
     except OSError:
@@ -30,7 +30,7 @@ def discard_output() -> None:
 
 @contextmanager
 def warnings_in_one_line(prog: str) -> Iterator[None]:
-    """Let a warning of the block be one line that names the program, and no line of its code."""
+    """Print each warning as one line that names the program instead of a line of code."""
 
     def line(message: Warning | str, *_: object, **__: object) -> str:
         return f"{prog}: warning: {' '.join(str(message).split())}\n"
@@ -44,7 +44,7 @@ def warnings_in_one_line(prog: str) -> Iterator[None]:
 
 
 def _in_ascii(error: UnicodeError) -> tuple[str, int]:
-    """Return ASCII for the characters that cannot be encoded, as an error handler of `codecs`."""
+    """Replace characters that cannot be encoded by ASCII, as an error handler of `codecs`."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     return "".join(_IN_ASCII.get(letter, "?") for letter in error.object[error.start : error.end]), error.end

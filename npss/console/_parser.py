@@ -1,4 +1,4 @@
-"""The parser of every command: what is wrong with its arguments is one line, which names the option that was meant."""
+"""The parser of every command: errors are one line, and suggest the option that was probably meant."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 
 class Parser(argparse.ArgumentParser):
-    """An `argparse.ArgumentParser` whose errors are one line. Its subcommands have parsers of the same class."""
+    """An `argparse.ArgumentParser` with one-line errors. Subcommands use the same class."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -19,7 +19,7 @@ class Parser(argparse.ArgumentParser):
             add_plugin(self)
 
     def imply(self, command: str, commands: Any) -> None:
-        """Let a subcommand be left out, one of `commands`: it is meant where the first argument names none of them."""
+        """Imply a subcommand: `command` runs if the first argument names none of `commands`."""
         self._implied, self._first = command, (*commands.choices, "-h", "--help")
 
     def error(self, message: str) -> NoReturn:
@@ -27,40 +27,40 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: error: {' '.join(message.split())} (see {self.prog} --help)\n")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse all arguments there are: a subcommand refuses what it does not know itself, as it knows its options."""
+        """Parse all arguments; a subcommand refuses unknown ones itself, since it can suggest its options."""
         if self._implied and args and args[0] not in self._first:
             args = [self._implied, *args]
         namespace, unknown = super().parse_known_args(args, namespace)
         if unknown:
-            known = (name for action in self._actions for name in action.option_strings)
-            self.error(f"unrecognized arguments: {' '.join(unknown)}{meant(unknown, known)}")
+            options = (name for action in self._actions for name in action.option_strings)
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{meant(unknown, options)}")
         return namespace, unknown
 
 
 def add_plugin(parser: argparse.ArgumentParser) -> None:
-    """Add ``--plugin`` to the help of a command; `run` has read it before there is a parser.
+    """Add ``--plugin`` to the help of a command; `run` reads it before it makes the parser.
 
     Parameters
     ----------
     parser : ArgumentParser
-        Of the command.
+        The parser of the command.
     """
     parser.add_argument(
         "--plugin",
         type=_abbreviated,
         default=argparse.SUPPRESS,
         metavar="MODULE",
-        help="import this module first, for what it registers; may be given several times",
+        help="import MODULE first, to use what it registers (repeatable)",
     )
 
 
 def _abbreviated(module: str) -> NoReturn:
-    """Refuse the option where `split_plugins` has not seen it: as ``--plug``, too late to import anything."""
-    raise argparse.ArgumentTypeError(f"expected --plugin {module}, not abbreviated")
+    """Refuse an abbreviation such as ``--plug``: `split_plugins` missed it, and it is too late to import a module."""
+    raise argparse.ArgumentTypeError(f"cannot be abbreviated, write --plugin {module}")
 
 
 def split_plugins(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the plugins that arguments name, wherever that is, and all other arguments.
+    """Return the plugins in `arguments`, at any place, and all other arguments.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def split_plugins(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     words = iter(arguments)
     for word in words:
         option, _, plugin = word.partition("=")
-        if word == "--":  # what follows are no options
+        if word == "--":  # no options follow
             others += [word, *words]
         elif option != "--plugin":
             others.append(word)
@@ -88,19 +88,19 @@ def split_plugins(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def meant(unknown: Sequence[str], known: Iterable[str]) -> str:
-    """Return what may have been meant by unknown arguments.
+    """Suggest options for unknown arguments.
 
     Parameters
     ----------
     unknown : sequence of str
-        Arguments as they were given; those that are no options are passed over.
+        The unknown arguments; only options among them count.
     known : iterable of str
-        The options that there are.
+        All known options.
 
     Returns
     -------
     str
-        The end of an error message; empty where nothing is close.
+        The end of an error message; empty if no option is close.
 
     Examples
     --------
@@ -109,9 +109,9 @@ def meant(unknown: Sequence[str], known: Iterable[str]) -> str:
     >>> meant(["--recipe.rate", "9"], ["--recipe.lr", "--rate"])
     ''
     """
-    options = [(*name.lstrip("-").rpartition("."), name) for name in known]  # of a group, only the rest is compared
-    found: dict[str, None] = {}
-    for group, _, last in (one.partition("=")[0].lstrip("-").rpartition(".") for one in unknown if one[:1] == "-"):
+    options = [(*name.lstrip("-").rpartition("."), name) for name in known]  # names are compared within their group
+    matches: dict[str, None] = {}
+    for group, _, last in (word.partition("=")[0].lstrip("-").rpartition(".") for word in unknown if word[:1] == "-"):
         names = {tail: name for prefix, _, tail, name in options if prefix == group}
-        found |= dict.fromkeys(names[close] for close in difflib.get_close_matches(last, names, 1))
-    return f"; did you mean {' '.join(found)}?" if found else ""
+        matches |= dict.fromkeys(names[close] for close in difflib.get_close_matches(last, names, 1))
+    return f"; did you mean {' '.join(matches)}?" if matches else ""

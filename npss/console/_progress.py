@@ -1,4 +1,4 @@
-"""How far long work is: a line that moves on a terminal, and elsewhere, in a log, a plain line every so often."""
+"""The progress of long work: a bar on a terminal; a line now and then in a log."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ _FIRST, _EVERY = 10.0, 60.0  # seconds before the first plain line, and between 
 
 
 class Progress:
-    """Show on standard error how much of some work is done, if the work is long.
+    """Show the progress of long work on standard error.
 
     Parameters
     ----------
     what : str
-        What is being done.
+        The name of the work.
     done : float, optional
-        The share that had been done before, of work that is resumed.
+        The share done before, if work is resumed.
 
     Examples
     --------
@@ -32,24 +32,24 @@ class Progress:
         self._what = what
         self._done = done
         self._began = time.monotonic()
-        self._shown = 0.0  # when it was last shown; 0 before
-        self._next = self._began + _FIRST  # when the next plain line is due
+        self._shown = 0.0  # time of the last update; 0 before the first
+        self._next = self._began + _FIRST  # time of the next plain line
 
     def __call__(self, share: float) -> None:
-        """Say that this share, from 0 to 1, is done."""
+        """Report that this share, from 0 to 1, is done."""
         now = time.monotonic()
         if share <= self._done:
             return
-        left = duration((now - self._began) * (1 - share) / (share - self._done))
+        remaining = duration((now - self._began) * (1 - share) / (share - self._done))
         if sys.stderr.isatty():
             if now - self._began >= _PATIENCE and now - self._shown >= _INTERVAL:
                 self._shown = now
                 bar = "#" * round(30 * share)
-                sys.stderr.write(f"\r{self._what} [{bar:30}] {share:4.0%}, {left} left \x1b[K")
+                sys.stderr.write(f"\r{self._what} [{bar:30}] {share:4.0%}, {remaining} left \x1b[K")
                 sys.stderr.flush()
         elif now >= self._next:
             self._next = now + _EVERY
-            print(f"{self._what}: {share:.1%} done, about {left} left", file=sys.stderr, flush=True)
+            print(f"{self._what}: {share:.1%} done, about {remaining} left", file=sys.stderr, flush=True)
 
     def __enter__(self) -> Progress:
         return self
@@ -64,17 +64,17 @@ class Progress:
 
 
 def duration(seconds: float) -> str:
-    """Return a time in words, to two digits or so.
+    """Write a duration in words, to about two digits.
 
     Parameters
     ----------
     seconds : float
-        The time.
+        The duration.
 
     Returns
     -------
     str
-        In seconds, minutes, hours or days.
+        The duration in seconds, minutes, hours or days.
 
     Examples
     --------

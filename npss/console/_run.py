@@ -1,4 +1,4 @@
-"""Run a command: what it raises becomes one line, and an exit status."""
+"""Run a command: an error becomes one line and an exit status."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from npss.extras import install_hint
 from npss.plugins import load, load_installed
 
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
-#: What brings a package: an extra of ``npss-metric``, or the whole of ``npss-baselines``.
+#: Optional packages: the extra of ``npss-metric`` that brings each, and those that ``npss-baselines`` brings.
 _EXTRAS = {"matplotlib": "plot", "pandas": "pandas", "scipy": "study"}
 _OF_BASELINES = ("filelock", "jsonargparse", "lightning", "safetensors", "torch")
 
 
 def run(prog: str, parser: Callable[[], argparse.ArgumentParser], arguments: Sequence[str] | None) -> int:
-    """Import the plugins, parse the arguments and call the ``run`` that they chose.
+    """Import plugins, parse the arguments, and call ``run`` of the chosen subcommand.
 
     Parameters
     ----------
     prog : str
-        What the command is called.
+        The name of the command.
     parser : callable
-        Makes its parser; called after the plugins have registered what it lists.
+        Makes the parser; called after plugins are imported, since it lists what they register.
     arguments : sequence of str or None
-        Those of the command; None for those of this process.
+        The arguments; None for those of this process.
 
     Returns
     -------
@@ -48,33 +48,33 @@ def run(prog: str, parser: Callable[[], argparse.ArgumentParser], arguments: Seq
             options = parser().parse_args(others)
             options.run(options)
         print(end="", flush=True)
-    except BrokenPipeError:  # the reader has seen enough, e.g. `npss score ... | head`
+    except BrokenPipeError:  # the reader has stopped, as in `npss score ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt:
         print(f"{prog}: interrupted", file=sys.stderr)
         return 128 + signal.SIGINT
     except (ImportError, OSError, TypeError, ValueError) as error:
-        message = told(error, getattr(options, "extra", None))
+        message = error_text(error, getattr(options, "extra", None))
         print(f"{prog}: error: {' '.join(message.split())}", file=sys.stderr)
         discard_output()
         return 2
     return 0
 
 
-def told(error: Exception, extra: str | None = None) -> str:
-    """Return what an error tells people: no numbers of errors, and what to install where a package is missing.
+def error_text(error: Exception, extra: str | None = None) -> str:
+    """Return an error as text, without error numbers, and with an install hint for a missing package.
 
     Parameters
     ----------
     error : Exception
-        Of whatever kind.
+        The error.
     extra : str, optional
-        The extra of ``npss-baselines`` that a command needs as a whole.
+        The extra of ``npss-baselines`` that the command needs.
     """
     if isinstance(error, OSError) and error.strerror:
         if error.filename is not None:
             return f"cannot open {error.filename}: {error.strerror}"
-        if error.errno in _FULL and error.strerror == os.strerror(error.errno):  # all else that is written is named
+        if error.errno in _FULL and error.strerror == os.strerror(error.errno):  # other outputs are named
             return f"cannot write to standard output: {error.strerror}"
         return error.strerror
     package = (error.name or "").partition(".")[0] if isinstance(error, ModuleNotFoundError) else ""

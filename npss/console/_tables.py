@@ -1,4 +1,4 @@
-"""Tables as text: aligned for people, or in Markdown."""
+"""Tables as aligned text or Markdown."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str, *, m
 
 
 def markdown_text(text: str) -> str:
-    r"""Return text as Markdown shows it as it is: nothing in it is markup, a formula, or struck out.
+    r"""Escape text for Markdown, which then shows it unchanged: no markup, formula or strikethrough.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def markdown_text(text: str) -> str:
     Returns
     -------
     str
-        The same, with marks escaped.
+        The escaped text.
 
     Examples
     --------
@@ -70,12 +70,12 @@ def markdown_text(text: str) -> str:
     \~a\_b\~ \$x\$
     """
     escaped = re.sub(r"[\\`*_\[\]<>|~$^#]", r"\\\g<0>", text)
-    escaped = re.sub(r"^(?:(?=[-+])|(\d+)(?=[.)](?:\s|$)))", r"\1\\", escaped)  # or a list, or a rule
+    escaped = re.sub(r"^(?:(?=[-+])|(\d+)(?=[.)](?:\s|$)))", r"\1\\", escaped)  # no list, no rule
     return escaped.replace("&", "&amp;")
 
 
 def markdown_code(text: str) -> str:
-    """Return text as code in Markdown, whatever marks of code are in it.
+    """Format text as code in Markdown, even if it contains backticks.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def markdown_code(text: str) -> str:
     Returns
     -------
     str
-        The same, between as many marks as it takes.
+        The text between as many backticks as needed.
 
     Examples
     --------

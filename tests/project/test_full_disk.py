@@ -13,7 +13,7 @@ import npss
 from command_line import run, samples
 from disk import full_disk
 from npss import study
-from npss.console._run import told
+from npss.console._run import error_text
 
 OLD = b"old content"
 
@@ -144,8 +144,8 @@ def test_standard_output_in_this_process(monkeypatch):
 
 def test_messages():
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-    assert told(full) == "cannot write to standard output: No space left on device"
-    assert told(OSError(*full.args, "runs/walking")) == "cannot open runs/walking: No space left on device"
+    assert error_text(full) == "cannot write to standard output: No space left on device"
+    assert error_text(OSError(*full.args, "runs/walking")) == "cannot open runs/walking: No space left on device"
 
 
 def test_without_standard_output():

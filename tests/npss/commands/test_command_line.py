@@ -185,7 +185,7 @@ def broken(tmp_path, poses):
         (tmp_path / f"text{suffix}").write_text("not what its name says\n", encoding="utf-8")
         (tmp_path / f"nothing{suffix}").write_text("", encoding="utf-8")
     (tmp_path / "folder.npy").mkdir()
-    yield ["good.npy"], "one file alone is expected to be .h5, .hdf5 or .npz samples"
+    yield ["good.npy"], "expected .h5, .hdf5 or .npz samples"
     yield ["good.npy", "good.npy", "good.npy"], "expected GT and PRED, or SAMPLES alone, got 3 files"
     yield ["good.npy", "missing.npy"], "missing.npy: No such file"
     yield ["good.npy", "folder.npy"], "folder.npy: expected a file, got a folder"
@@ -197,7 +197,7 @@ def broken(tmp_path, poses):
         yield ["good.npy", name], f"{name}: not a readable {name[-4:]} file"
     yield ["good.npy", "object.npz"], "object.npz: no motion in it, an array (N, T, D) or (T, D) of numbers; arrays: a"
     yield ["good.npy", "empty.npz"], "empty.npz: no motion in it, an array (N, T, D) or (T, D) of numbers; arrays: none"
-    yield ["a.npz", "c.npz"], "without a partner: b, c; --key NAME chooses one"
+    yield ["a.npz", "c.npz"], "unpaired: b, c; choose one by --key NAME"
     yield ["text.h5"], "text.h5: "
     yield ["nothing.h5"], "nothing.h5: "
     yield ["a.npz"], "a.npz: no arrays expmap/gt/ACTION_i"
@@ -214,16 +214,19 @@ def broken(tmp_path, poses):
         ["poses.npz", "poses.npz", "--expmap"],
         "a: ground truth: poses: an angle of 2**52 rad or more at index (0, 6)",
     )
-    yield ["twice.npz"], "expmap/gt/walking_01 is there twice"
+    yield ["twice.npz"], "duplicate sample expmap/gt/walking_01"
     yield ["nan_curve.npz"], "mean_walking_error: nan at index (0,)"
-    yield ["empty.h5"], "empty.h5: expmap/gt/walking_0: a data set without values"
+    yield ["empty.h5"], "empty.h5: expmap/gt/walking_0: the data set has no values"
     yield ["samples.npz", "--fps", "30"], "leave out --expmap, --representation and --fps"
     yield ["samples.npz", "--expmap"], "leave out --expmap, --representation and --fps"
-    yield ["good.npy", "good.npy", "--expmap", "--representation", "quaternions"], "--representation: with --expmap"
+    yield (
+        ["good.npy", "good.npy", "--expmap", "--representation", "quaternions"],
+        "--expmap implies euler",
+    )
     yield ["a.npz", "a_nan.npz"], "a: pred: nan at index (0, 0, 0)"
-    yield ["good.npy", "a.npz"], "without a partner: a, b, the unnamed array"
-    yield ["good.npy", "good.npy", "--edges-ms", "0", "1000"], "fps: times were asked for"
-    yield ["good.npy", "good.npy", "--at-ms", "80"], "fps: times were asked for"
+    yield ["good.npy", "a.npz"], "unpaired: a, b, the unnamed array"
+    yield ["good.npy", "good.npy", "--edges-ms", "0", "1000"], "fps: times need the frames per second"
+    yield ["good.npy", "good.npy", "--at-ms", "80"], "fps: times need the frames per second"
     yield ["good.npy", "good.npy", "--fps", "25", "--at-ms", "90"], "nearest: 80 and 120 ms"
     yield ["good.npy", "good.npy", "--fps", "0"], "fps"
 

@@ -93,7 +93,7 @@ def test_errors_are_one_line(capsys, tmp_path):
 def test_a_page_without_a_folder(capsys, folder, tmp_path):
     path = tmp_path / "nowhere" / "page.html"
     assert main(["report", str(folder), "-o", str(path)]) == 2
-    assert capsys.readouterr() == ("", f"npss: error: {path}: there is no folder {path.parent}\n")
+    assert capsys.readouterr() == ("", f"npss: error: {path}: no such folder: {path.parent}\n")
 
 
 @pytest.mark.parametrize("command", [["report"], ["study", "page", "--action", "walking"]])
@@ -103,7 +103,7 @@ def test_a_page_never_replaces_what_it_is_made_of(capsys, folder, tmp_path, comm
     (tmp_path / "page.html").symlink_to(model)
     for path in (model, tmp_path / "page.html"):
         assert main([*command, str(tmp_path), "-o", str(path)]) == 2
-        assert capsys.readouterr().err.startswith(f"npss: error: {path}: it is to be read, and would be overwritten")
+        assert capsys.readouterr().err.startswith(f"npss: error: {path}: would overwrite an input")
     assert model.read_bytes() == (folder / "near.npz").read_bytes()
     assert main([*command, str(tmp_path), "-o", str(tmp_path)]) == 2
     assert capsys.readouterr().err == f"npss: error: {tmp_path}: expected a file to write, got a folder\n"
@@ -115,7 +115,7 @@ def test_nor_does_the_page_of_baselines(capsys, folder):
     path = folder / "near.npz"
     before = path.read_bytes()
     assert baselines(["leaderboard", "zero-velocity", str(path), "--synthetic", "--report", str(path)]) == 2
-    assert "near.npz: it is to be read" in capsys.readouterr().err
+    assert "near.npz: would overwrite an input" in capsys.readouterr().err
     assert path.read_bytes() == before
 
 

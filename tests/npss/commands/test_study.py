@@ -83,7 +83,7 @@ class TestVotesAlone:
         assert ["one", "two", "2", "4", "0", "2", "2", "0", "0"] in rows
         assert ["three", "two", "1", "2", "1", "0", "1", "0", "0"] in rows
         assert ["one", "three", "1", "1", "1", "1", "0", "0", "1"] in rows
-        assert "majorities: the more votes of A and B" in out
+        assert "majorities: A or B, whichever has more votes" in out
         assert "NPSS" not in out
 
     def test_json(self, call, small):
@@ -108,7 +108,7 @@ class TestVotesAlone:
         _, out, _ = call(fewer)
         assert (
             "fleiss_kappa of gait is not defined: question 1 of gait was answered by 3 participants, "
-            "question 4 of gait by 2: kappa needs as many for each\n"
+            "question 4 of gait by 2: kappa needs equal numbers\n"
         ) in out
         _, out, _ = call(fewer, "--format", "json")
         assert json.loads(out)["overall"]["fleiss_kappa"] is None
@@ -174,7 +174,7 @@ class TestScores:
         (comparison,) = told["comparisons"]
         assert "NPSS released against Euler error, alternative: greater" in out
         assert f"Yates' correction: z = {comparison['binomial_test']['statistic']:.3f}, p = " in out
-        assert f"McNemar's exact test: p = {comparison['mcnemar_test']['p_value']:.5g}; right are both on" in out
+        assert f"McNemar's exact test: p = {comparison['mcnemar_test']['p_value']:.5g}; both are right on" in out
         for note in ("score", "rank", "rate", "binomial_test", "mcnemar_test"):
             assert f"    {note}: {told['meanings'][note]}" in out
 
@@ -202,7 +202,7 @@ class TestScores:
         assert ["NPSS", "released", "all", "1/3", "0.333", "0.061", "0.792", "1", "0"] in rows
         assert ["Euler", "error", "all", "0/0", "-", "-", "-", "1", "3"] in rows
         assert "z test" not in out  # of no questions there is none
-        assert out.count("McNemar's exact test: p = 1; right are both on 0 questions") == 2
+        assert out.count("McNemar's exact test: p = 1; both are right on 0 questions") == 2
         _, out, _ = call(small, "--scores", path, "--convention", "paper")
         assert "NPSS released" not in out
 
@@ -246,12 +246,12 @@ class TestErrors:
         for value, message in (
             ({}, "records.json: expected a list of records"),
             ([1], "records.json: expected a list of records"),
-            ([{"action": "gait"}], "records.json: record 0 does not name its model"),
-            ([{"model": "one", "action": 3}], "records.json: record 0 does not name its action"),
-            ([{"model": "one", "action": "gait", "npss": 3.0}], "records.json: record 0: npss is no object"),
+            ([{"action": "gait"}], "records.json: record 0 has no model"),
+            ([{"model": "one", "action": 3}], "records.json: record 0 has no action"),
+            ([{"model": "one", "action": "gait", "npss": 3.0}], "records.json: record 0: npss is not an object"),
             (
                 [{"model": "one", "action": "gait"}],
-                "records: neither NPSS nor the Euler error of what was voted on (gait:",
+                "records: neither NPSS nor the Euler error of the models in the votes (gait:",
             ),
             (records({"paper": {"one": 1.0}}), "records: expected one with paper of 'two', action 'gait', got 0"),
         ):
@@ -263,9 +263,9 @@ class TestErrors:
             one = {"model": "one", "action": "gait", "euler_error": dict.fromkeys(map(str, SLICES_MS), huge)}
             assert "records: expected finite numbers as euler_error" in call(small, "--scores", write(path, [one]))[2]
         one = {"model": "one", "action": "gait", "signatures": {"paper": ["npss"]}}
-        assert "records.json: record 0: its signatures are no texts" in call(small, "--scores", write(path, [one]))[2]
+        assert "records.json: record 0: signatures are not strings" in call(small, "--scores", write(path, [one]))[2]
         path.write_text("{", encoding="utf-8")
-        assert "records.json: not JSON" in call(small, "--scores", path)[2]
+        assert "records.json: invalid JSON" in call(small, "--scores", path)[2]
         path.write_bytes(b"\xff")
         assert "records.json: line 1 is not UTF-8 text" in call(small, "--scores", path)[2]
         assert "No such file" in call(small, "--scores", tmp_path / "none.json")[2]
@@ -285,7 +285,7 @@ class TestErrors:
         assert "records: expected one with paper of" in err
 
     def test_of_options(self, call, small, tmp_path):
-        assert "--convention and --alternative are about scores" in call(small, "--alternative", "less")[2]
+        assert "--convention and --alternative need scores" in call(small, "--alternative", "less")[2]
         assert "unrecognized arguments: -o x.html" in call(small, "-o", "x.html")[2]
         assert "unrecognized arguments: --published" in call("page", tmp_path, "-o", "x.html", "--published")[2]
         assert "the following arguments are required: -o/--output" in call("page", tmp_path)[2]
@@ -406,7 +406,7 @@ class TestPage:
     def test_a_page_that_cannot_be_written_costs_none(self, call, samples):
         status, _, err = call("page", samples, "-o", samples / "no" / "survey.html")
         assert status == 2
-        assert err == f"npss: error: {samples / 'no' / 'survey.html'}: there is no folder {samples / 'no'}\n"
+        assert err == f"npss: error: {samples / 'no' / 'survey.html'}: no such folder: {samples / 'no'}\n"
 
 
 def programs():
