@@ -1,4 +1,4 @@
-"""Files: what is read, and what is refused; what is written, whole or not at all."""
+"""Read files strictly, and write them atomically."""
 
 from npss.files._arrays import MAX_SIZE, Arrays, Header, in_memory
 from npss.files._doing import doing

@@ -1,7 +1,7 @@
-"""Arrays by name, as files hold them: what they declare is looked at first, and only what is needed is read.
+"""Named arrays in files: headers are checked first, and only the needed arrays are read.
 
-Files come from anywhere. None can run code (no pickles), make another file be read, or take more memory than is
-allowed, whatever it expands to.
+Files may come from anywhere. None can run code (no pickles), cause another file to be read, or take more memory than
+allowed, however much it expands.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ import numpy.typing as npt
 
 from npss.validation import Array
 
-#: How much memory the arrays of one file may take, in GiB, unless somebody allows more.
+#: The most memory that the arrays of one file may take by default, in GiB.
 MAX_SIZE = 2.0
 
 _GIB = 2**30
-_NUMBER = 8  # bytes: all is computed in float64
+_NUMBER = 8  # bytes: all computation is in float64
 
 
 class Header(NamedTuple):
-    """What a file declares of an array.
+    """The declaration of an array in a file.
 
     Attributes
     ----------
     shape : tuple of int
-        Its shape.
+        The shape.
     dtype : dtype
-        The type of its values.
+        The type of the values.
     """
 
     shape: tuple[int, ...]
@@ -44,16 +44,16 @@ class Arrays(Protocol):
     """The arrays of an open file, by name."""
 
     def names(self, prefix: str) -> list[str]:
-        """Return the names that begin with a prefix: nothing, or a folder of names and its ``/``."""
+        """Return the names that begin with a prefix: an empty text, or a folder of names with its ``/``."""
 
     def __contains__(self, name: str) -> bool:
-        """Say whether there is something of that name."""
+        """Return whether there is an array, or a folder, of this name."""
 
     def header(self, name: str) -> Header:
-        """Return what the file declares of an array."""
+        """Return the declaration of an array."""
 
     def overhead(self, name: str) -> int:
-        """Return how many bytes reading an array may take beside the array itself."""
+        """Return the memory that reading an array may take beside the array itself, in bytes."""
 
     def read(self, name: str) -> Array:
         """Read an array."""
@@ -61,12 +61,12 @@ class Arrays(Protocol):
 
 @contextmanager
 def in_memory(arrays: Mapping[str, npt.ArrayLike]) -> Iterator[Arrays]:
-    """Open arrays that have been read already: for formats of which a file takes as much memory as on the disk.
+    """Wrap arrays that are in memory already, for formats whose files take as much memory as disk space.
 
     Parameters
     ----------
     arrays : mapping of str to array_like
-        By name.
+        Arrays by name.
 
     Returns
     -------
@@ -76,7 +76,7 @@ def in_memory(arrays: Mapping[str, npt.ArrayLike]) -> Iterator[Arrays]:
     Raises
     ------
     ValueError
-        If one is no regular array.
+        If a value is not a regular array.
 
     Examples
     --------
@@ -88,19 +88,19 @@ def in_memory(arrays: Mapping[str, npt.ArrayLike]) -> Iterator[Arrays]:
 
 
 def read_arrays(arrays: Arrays, names: Iterable[str], max_size: float) -> dict[str, Array]:
-    """Read some arrays, unless that may take more than `max_size` GiB of memory."""
+    """Read arrays, unless they may take more than `max_size` GiB of memory."""
     names = list(names)
     size = sum(_NUMBER * math.prod(arrays.header(name).shape) for name in names)
     size += max((arrays.overhead(name) for name in names), default=0)
     if size > max_size * _GIB:
         raise ValueError(
-            f"its arrays may take {size / _GIB:.3g} GiB of memory, more than {max_size:g}; --max-size allows more"
+            f"its arrays may take {size / _GIB:.3g} GiB of memory, more than {max_size:g}; raise --max-size"
         )
     return {name: arrays.read(name) for name in names}
 
 
 def check_regular(path: Path) -> None:
-    """Raise unless it is a file: who reads a named pipe waits for somebody to write to it."""
+    """Raise unless `path` is a regular file: reading a named pipe would wait for a writer."""
     mode = path.stat().st_mode
     if not stat.S_ISREG(mode):
         raise ValueError(f"expected a file, got a {'folder' if stat.S_ISDIR(mode) else 'pipe or a device'}")
@@ -108,7 +108,7 @@ def check_regular(path: Path) -> None:
 
 @contextmanager
 def naming_file(path: Path) -> Iterator[None]:
-    """Let every error begin with the file that it is about; of a broken one, libraries raise many kinds."""
+    """Prefix errors with the file; for broken files, libraries raise errors of many types."""
     try:
         yield
     except OSError as error:
@@ -121,7 +121,7 @@ def naming_file(path: Path) -> Iterator[None]:
 
 
 class _InMemory:
-    """Arrays that have been read."""
+    """Arrays in memory."""
 
     def __init__(self, arrays: Mapping[str, Array]) -> None:
         self._arrays = arrays

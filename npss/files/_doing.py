@@ -1,4 +1,4 @@
-"""Errors of the system that say what was being done."""
+"""System errors that name the operation."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from contextlib import contextmanager
 
 @contextmanager
 def doing(what: str) -> Iterator[None]:
-    """Let an OSError of the block say what was being done, and to which file.
+    """Name the operation and the file in an OSError of the block.
 
     Parameters
     ----------
     what : str
-        What the block does, such as ``'reading the votes'``.
+        The operation, such as ``'reading the votes'``.
 
     Returns
     -------
     context manager
-        Of the block.
+        A context manager for the block.
 
     Raises
     ------
     OSError
-        That of the block, with `what` in front of its message.
+        The error of the block, with `what` before its message.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""File formats by suffix: what each can hold, and what reads and writes it. To add one, register it.
+"""File formats by suffix: the contents of each, and their readers and writers. To add a format, register it.
 
-Files come from anywhere: a reader runs no code of a file's, opens no other file that one names, and of a file that may
-expand, it says what is declared before anything is read, so that `npss.files` can refuse what is too large.
+Files may come from anywhere. A reader runs no code from a file and opens no other file that it names. For a file that
+may expand, it reports headers before it reads arrays, so that `npss.files` can refuse large ones.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from npss.files._write import write_stream_atomically
 from npss.plugins import Registry
 from npss.validation import Array, each
 
-#: What a file can hold, or "write": that it can be written.
+#: The content that a format can read, or "write" for a format that can be written.
 Content = Literal["array", "arrays", "samples", "records", "write"]
 
 _SUFFIX = re.compile(r"\.\w+")
@@ -29,31 +29,31 @@ _SUFFIX = re.compile(r"\.\w+")
 
 @dataclass(frozen=True)
 class Format:
-    """A file format: what reads and writes each thing that it can hold.
+    """A file format: its readers and its writer.
 
     Parameters
     ----------
     suffixes : tuple of str
-        How names of its files end: ``(".h5", ".hdf5")``.
+        The suffixes of its files: ``(".h5", ".hdf5")``.
     array : callable, optional
-        ``array(path)`` returns the one array of a file: ground truth or prediction, in any representation.
+        ``array(path)`` returns the only array of a file: ground truth or prediction, in any representation.
     arrays : callable, optional
         ``arrays(path)`` opens such arrays by name: a context manager that yields `Arrays`, as `in_memory` does.
     samples : callable, optional
         ``samples(path)`` opens arrays named ``expmap/gt/ACTION_i`` and ``expmap/preds/ACTION_i``, each (T, 99):
-        Human3.6M exponential maps at 25 frames per second; a context manager as that of `arrays`.
+        Human3.6M exponential maps at 25 frames per second; a context manager as for `arrays`.
     records : callable, optional
         ``records(path)`` returns a list of dictionaries, as ``npss-baselines evaluate --format json`` prints them; its
         errors name the file.
     write : callable, optional
         ``write(stream, arrays)`` writes a mapping of names to arrays to a binary stream, as `samples` reads them.
     extra : str, optional
-        The extra of ``npss-metric`` that brings the package which it needs.
+        The extra of ``npss-metric`` that brings the required package.
 
     Raises
     ------
     TypeError, ValueError
-        If the suffixes are none, a field is no function, or there is nothing that reads or writes.
+        If the suffixes are invalid, a field is not a function, or there is neither a reader nor a writer.
     """
 
     suffixes: tuple[str, ...]
@@ -65,38 +65,38 @@ class Format:
     extra: str | None = None
 
     def __post_init__(self) -> None:
-        given_suffixes = each("suffixes", self.suffixes, "texts")
-        if not given_suffixes or not all(isinstance(one, str) and _SUFFIX.fullmatch(one) for one in given_suffixes):
+        suffixes = each("suffixes", self.suffixes, "texts")
+        if not suffixes or not all(isinstance(suffix, str) and _SUFFIX.fullmatch(suffix) for suffix in suffixes):
             raise ValueError(f"suffixes: expected a dot and letters each, such as .npz, got {self.suffixes!r}")
-        given = {content: getattr(self, content) for content in get_args(Content)}
-        if wrong := [content for content, function in given.items() if not (function is None or callable(function))]:
-            raise TypeError(f"{wrong[0]}: expected a function, got {given[wrong[0]]!r}")
-        if not any(given.values()):
-            raise ValueError(f"{self.suffixes[0]}: expected one function at least, of {', '.join(given)}")
+        functions = {content: getattr(self, content) for content in get_args(Content)}
+        if wrong := [name for name, function in functions.items() if not (function is None or callable(function))]:
+            raise TypeError(f"{wrong[0]}: expected a function, got {functions[wrong[0]]!r}")
+        if not any(functions.values()):
+            raise ValueError(f"{self.suffixes[0]}: expected at least one function of {', '.join(functions)}")
 
 
 def register_format(form: Format, *, replace: bool = False) -> None:
-    """Let every command and function that reads or writes files know a format.
+    """Register a format for every command and function that reads or writes files.
 
     Parameters
     ----------
     form : Format
         The format.
     replace : bool, optional
-        Take the place of registered formats of these suffixes, as a notebook does whose cell is run again.
+        Replace registered formats of these suffixes, as when the cell of a notebook runs again.
 
     Raises
     ------
     TypeError
-        If it is none.
+        If `form` is not a format.
     ValueError
-        If one of its suffixes is registered already and not to be replaced, or built in.
+        If a suffix is registered already and not to be replaced, or built in.
 
     Examples
     --------
     >>> from npss.files import FORMATS, Format, in_memory, register_format
     >>> import numpy as np
-    >>> register_format(Format(suffixes=(".npy",), array=np.load))  # as if it were one of your own
+    >>> register_format(Format(suffixes=(".npy",), array=np.load))  # as if it were your own
     Traceback (most recent call last):
     ValueError: the suffix '.npy' is registered already
     """
@@ -107,33 +107,33 @@ def register_format(form: Format, *, replace: bool = False) -> None:
 
 
 def suffixes(*contents: Content) -> tuple[str, ...]:
-    """Return the suffixes of files that can hold one of these.
+    """Return the suffixes of formats with any of these contents.
 
     Parameters
     ----------
     *contents : {'array', 'arrays', 'samples', 'records', 'write'}
-        What a file can hold, or ``'write'``: that it can be written.
+        Contents that a format can read, or ``'write'`` for formats that can be written.
 
     Returns
     -------
     tuple of str
-        With their dots, in the order in which they were registered.
+        The suffixes with their dots, in the order of registration.
     """
     return tuple(suffix for suffix, form in FORMATS.items() if any(getattr(form, content) for content in contents))
 
 
 def listed(*contents: Content) -> str:
-    """Return the suffixes of files that can hold one of these, in words.
+    """Return the suffixes of formats with any of these contents, as text.
 
     Parameters
     ----------
     *contents : {'array', 'arrays', 'samples', 'records', 'write'}
-        What a file can hold, or ``'write'``: that it can be written.
+        Contents that a format can read, or ``'write'`` for formats that can be written.
 
     Returns
     -------
     str
-        For a message.
+        The suffixes for a message.
 
     Examples
     --------
@@ -145,15 +145,15 @@ def listed(*contents: Content) -> str:
 
 
 def read_array(path: Path) -> Array:
-    """Read the one array of a file; `naming_file` lets errors name it."""
+    """Read the only array of a file; `naming_file` names the file in errors."""
     check_regular(path)
     with _needing(path, "reading"):
-        return FORMATS[path.suffix].array(path)  # type: ignore[misc]  # the caller has looked
+        return FORMATS[path.suffix].array(path)  # type: ignore[misc]  # the caller has checked it
 
 
 @contextmanager
 def open_arrays(path: Path, content: Literal["arrays", "samples"]) -> Iterator[Arrays]:
-    """Open a file of arrays by name; `naming_file` lets errors name it."""
+    """Open a file of named arrays; `naming_file` names the file in errors."""
     check_regular(path)
     with ExitStack() as stack:
         with _needing(path, "reading"):
@@ -162,19 +162,19 @@ def open_arrays(path: Path, content: Literal["arrays", "samples"]) -> Iterator[A
 
 
 def write_samples(path: Path, arrays: Mapping[str, Array]) -> None:
-    """Write samples, whole or not at all, in the format that the suffix says.
+    """Write samples atomically, in the format of the suffix.
 
     Parameters
     ----------
     path : Path
         The file.
     arrays : mapping of str to ndarray
-        By name, as `Format` describes them.
+        Arrays by name, as `Format` describes them.
 
     Raises
     ------
     ValueError
-        If no format of that suffix can be written, or a package is missing.
+        If the format of the suffix cannot be written, or a package is missing.
     OSError
         If writing fails.
     """
@@ -187,7 +187,7 @@ def write_samples(path: Path, arrays: Mapping[str, Array]) -> None:
 
 @contextmanager
 def _needing(path: Path, doing: str) -> Iterator[None]:
-    """Let the error of a missing package say what needs it."""
+    """Say in the error of a missing package which format needs it."""
     try:
         yield
     except ModuleNotFoundError as error:
@@ -197,7 +197,7 @@ def _needing(path: Path, doing: str) -> Iterator[None]:
 
 
 def _open_h5(path: Path) -> AbstractContextManager[Arrays]:
-    from npss.files._h5 import open_h5  # here, since few need h5py
+    from npss.files._h5 import open_h5  # imported here: few files need h5py
 
     return open_h5(path)
 
@@ -208,7 +208,7 @@ def _write_h5(stream: BinaryIO, arrays: Mapping[str, Array]) -> None:
     write_h5(stream, arrays)
 
 
-#: By suffix.
+#: All formats by suffix.
 FORMATS = Registry(
     "suffix",
     {

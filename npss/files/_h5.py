@@ -1,4 +1,4 @@
-"""The arrays of an HDF5 file that are in the file itself; the one module that needs h5py."""
+"""HDF5 files, without links to other files; the only module that needs h5py."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ import h5py
 from npss.files._arrays import Arrays, Header
 from npss.validation import Array
 
-_LINKS = 100  # that are followed at most, lest they lead in a circle
-_DEFLATE = 1032  # no compressor of HDF5's makes anything shorter by more than this factor
+_LINKS = 100  # followed at most, to break circles
+_DEFLATE = 1032  # the highest compression ratio of HDF5's compressors
 _NOT_COMPRESSORS = (h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32)
 
 
 @contextmanager
 def open_h5(path: Path) -> Iterator[Arrays]:
-    """Open a file; what is in it is read from it alone."""
+    """Open a file; no other file is read."""
     with h5py.File(path, "r") as file:
         yield _H5(file)
 
 
 def write_h5(stream: BinaryIO, arrays: Mapping[str, Array]) -> None:
-    """Write arrays by name."""
+    """Write named arrays."""
     with h5py.File(stream, "w") as file:
         for name, array in arrays.items():
             file[name] = array
@@ -52,11 +52,11 @@ class _H5:
     def header(self, name: str) -> Header:
         dataset = self._dataset(name)
         if dataset.shape is None:
-            raise ValueError(f"{name}: a data set without values")
+            raise ValueError(f"{name}: the data set has no values")
         return Header(dataset.shape, dataset.dtype)
 
     def overhead(self, name: str) -> int:
-        # A chunk is read whole, and inflates to whatever was deflated, however small it is declared.
+        # A chunk is read whole, and may inflate to more than its declared size.
         dataset = self._dataset(name)
         if dataset.chunks is None:
             return 0
@@ -77,11 +77,11 @@ class _H5:
         if not isinstance(dataset, h5py.Dataset):
             raise ValueError(f"{name}: expected a data set")
         if dataset.is_virtual or dataset.external:
-            raise ValueError(f"{name}: its values are in another file; copy them into this one")
+            raise ValueError(f"{name}: the values are in another file; copy them into this one")
         return dataset
 
     def _open(self, name: str) -> Any:
-        """Open what a name stands for, or return None; link by link, for HDF5 would open any file that one names."""
+        """Open the object of this name, or return None; link by link, since HDF5 would follow links to other files."""
         item, steps, links = self._file, name.split("/")[::-1], 0
         while steps:
             step = steps.pop().encode("utf-8", "surrogateescape")
@@ -89,7 +89,7 @@ class _H5:
                 continue
             if not isinstance(item, h5py.Group) or not item.id.links.exists(step):
                 if links:
-                    raise ValueError(f"{name}: a link to what is not there")
+                    raise ValueError(f"{name}: broken link")
                 return None
             kind = item.id.links.get_info(step).type
             if kind == h5py.h5l.TYPE_HARD:
@@ -97,9 +97,9 @@ class _H5:
                 continue
             links += 1
             if kind != h5py.h5l.TYPE_SOFT:
-                raise ValueError(f"{name}: a link to another file; copy what it means into this one")
+                raise ValueError(f"{name}: link to another file; copy its target into this one")
             if links > _LINKS:
-                raise ValueError(f"{name}: a link that leads in a circle")
+                raise ValueError(f"{name}: circular link")
             target = item.id.links.get_val(step).decode("utf-8", "surrogateescape")
             item = self._file if target.startswith("/") else item
             steps += target.split("/")[::-1]

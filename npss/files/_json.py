@@ -1,4 +1,4 @@
-"""Read JSON strictly: what is no JSON, or has two meanings, is a ValueError."""
+"""Read JSON strictly: invalid JSON and duplicate fields are errors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from npss.files._text import read_text
 
 
 def parse_json(text: str) -> Any:
-    """Return what a text in JSON says.
+    """Parse a text in JSON.
 
     Parameters
     ----------
@@ -25,18 +25,18 @@ def parse_json(text: str) -> Any:
     Raises
     ------
     ValueError
-        If it is not JSON, is nested too deep to be read, or names a field of an object twice.
+        If the text is not valid JSON, is nested too deeply, or has an object with a duplicate field.
     """
     try:
         return json.loads(text, object_pairs_hook=_object)
     except ValueError as error:
-        raise ValueError(f"not JSON ({error})") from error
+        raise ValueError(f"invalid JSON ({error})") from error
     except RecursionError:
-        raise ValueError("not JSON that can be read: nested too deep") from None
+        raise ValueError("invalid JSON: nested too deeply") from None
 
 
 def read_json(path: Path) -> Any:
-    """Return what a file in JSON says.
+    """Read a JSON file.
 
     Parameters
     ----------
@@ -51,10 +51,10 @@ def read_json(path: Path) -> Any:
     Raises
     ------
     ValueError
-        If it is not UTF-8 or not JSON, is nested too deep to be read, or names a field of an object twice; names the
-        file.
+        If the file is not UTF-8 or not valid JSON, is nested too deeply, or has an object with a duplicate field; names
+        the file.
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     """
     text = read_text(path)
     try:
@@ -64,10 +64,10 @@ def read_json(path: Path) -> Any:
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Make an object of its fields, of which Python would keep the last of a name."""
+    """Make an object from its fields; of duplicate ones, Python would keep the last."""
     fields = dict(pairs)
     if len(fields) < len(pairs):
         names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"the field {twice!r} is there twice")
+        duplicate = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"duplicate field {duplicate!r}")
     return fields

@@ -1,4 +1,4 @@
-"""The formats of numpy: one array in a ``.npy``, arrays by name in a ``.npz``; never pickles."""
+"""The formats of numpy: one array in a ``.npy`` file, named arrays in a ``.npz`` file; never pickles."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from numpy.lib import format as npy
 from npss.files._arrays import Arrays, Header
 from npss.validation import Array
 
-_HEAD = 2**14  # bytes, more than numpy trusts of a header; it would read all that one claims to have before it says so
+_HEAD = 2**14  # bytes, more than the longest header that numpy accepts; numpy reads any declared size before it refuses
 
 
 def read_npy(path: Path) -> Array:
-    """Map the array of a ``.npy`` file into memory; it may be larger than that."""
+    """Map the array of a ``.npy`` file into memory; it may be larger than memory."""
     try:
         return npy.open_memmap(path, mode="r")
     except ValueError as error:
@@ -35,19 +35,19 @@ def open_npz(path: Path) -> Iterator[Arrays]:
 
 
 def write_npz(stream: BinaryIO, arrays: Mapping[str, Array]) -> None:
-    """Write arrays by name, as a ``.npz``."""
-    np.savez(stream, **arrays)  # type: ignore[arg-type]  # none of them is its option
+    """Write named arrays to a ``.npz`` file."""
+    np.savez(stream, **arrays)  # type: ignore[arg-type]  # no array is named like an option
 
 
 class _Npz:
-    """The arrays of a ``.npz``."""
+    """The arrays of a ``.npz`` file."""
 
     def __init__(self, archive: zipfile.ZipFile) -> None:
         self._archive = archive
         self._members: dict[str, zipfile.ZipInfo] = {}
         for member in archive.infolist():
             if member.filename in self._members:
-                raise ValueError(f"{member.filename} is there twice")
+                raise ValueError(f"duplicate array {member.filename}")
             self._members[member.filename] = member
 
     def names(self, prefix: str) -> list[str]:
@@ -60,7 +60,7 @@ class _Npz:
     def header(self, name: str) -> Header:
         member = self._members[f"{name}.npy"]
         if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            raise ValueError(f"{name}: compressed in a way that numpy does not write")
+            raise ValueError(f"{name}: unsupported compression; expected a file written by numpy")
         with self._archive.open(member) as stream:
             head = BytesIO(stream.read(_HEAD))
         try:
@@ -68,9 +68,9 @@ class _Npz:
             shape, _, dtype = read[npy.read_magic(head)](head)
         except (KeyError, ValueError) as error:
             raise ValueError(f"{name}: not a .npy array ({error})") from error
-        # numpy would make room for the whole array before it sees that the file is shorter.
+        # numpy would allocate the whole array before it sees that the file is shorter.
         if not dtype.hasobject and (size := math.prod(shape) * dtype.itemsize) > member.file_size:
-            raise ValueError(f"{name}: its shape {shape} is of {size} bytes, and there are {member.file_size}")
+            raise ValueError(f"{name}: its shape {shape} needs {size} bytes, but there are {member.file_size}")
         return Header(shape, dtype)
 
     def overhead(self, name: str) -> int:

@@ -1,4 +1,4 @@
-"""The files of motion that commands read: arrays and samples, never pickles."""
+"""Read files of motion: arrays and samples, never pickles."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _SAMPLE = re.compile(r"expmap/(gt|preds)/([^/]+)_([0-9]+)")
 
 
 class Pair(NamedTuple):
-    """Ground truth and prediction to be compared.
+    """A ground truth and its prediction.
 
     Attributes
     ----------
     name : str or None
-        The action or the array, where the file names it.
+        The name of the action or array, if the file has one.
     gt, pred : (N, T, D) or (T, D) ndarray
         The two motions.
     stored_curve : (T,) ndarray of float64 or None
-        The Euler error of every frame, as the file states it.
+        The Euler error of each frame, as stored in the file.
     """
 
     name: str | None
@@ -39,19 +39,19 @@ class Pair(NamedTuple):
 
 
 def read_pair(gt: Path, pred: Path, *, key: str | None = None, max_size: float = MAX_SIZE) -> list[Pair]:
-    """Read ground truth and prediction from two files of one array each, or of arrays that pair by name.
+    """Read ground truth and prediction from two files, with one array each or with arrays that pair by name.
 
     Parameters
     ----------
     gt, pred : Path
         The files.
     key : str, optional
-        The one array to read by its name. By default all are, without single values, texts and Python objects.
+        The name of the only array to read. By default all are read, except single values, text and Python objects.
     max_size : float, optional
-        As of `read_poses`; an array without a name, which is mapped into memory, may be larger.
+        As for `read_poses`; an array without a name, which is mapped into memory, may be larger.
     """
     if key is not None and not {gt.suffix, pred.suffix} & set(suffixes("arrays")):
-        raise ValueError(f"--key: it chooses an array of a {listed('arrays')} file, and neither {gt} nor {pred} is one")
+        raise ValueError(f"--key chooses an array of a {listed('arrays')} file, but neither {gt} nor {pred} is one")
     truths, predictions = (_read_motions(path, key, max_size) for path in (gt, pred))
     if len(truths) == len(predictions) == 1:
         (name, truth), (other, prediction) = *truths.items(), *predictions.items()
@@ -59,21 +59,21 @@ def read_pair(gt: Path, pred: Path, *, key: str | None = None, max_size: float =
     if truths.keys() != predictions.keys():
         only = sorted(name or "the unnamed array" for name in truths.keys() ^ predictions.keys())
         raise ValueError(
-            f"{pred}: its arrays pair by name with those of {gt}; without a partner: {', '.join(only)}; "
-            f"--key NAME chooses one"
+            f"{pred}: its arrays pair by name with those of {gt}, but these are unpaired: {', '.join(only)}; "
+            f"choose one by --key NAME"
         )
     return [Pair(name, truths[name], predictions[name]) for name in truths]
 
 
 def read_samples(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
-    """Read a file of samples, as `read_poses` does, as Human3.6M Euler angles."""
+    """Read a file of samples as `read_poses` does, and convert it to Human3.6M Euler angles."""
     pairs = read_poses(path, max_size=max_size)
     with naming_file(path):
         return [converted(pair) for pair in pairs]
 
 
 def converted(pair: Pair) -> Pair:
-    """Convert the exponential maps of a pair to Euler angles; errors name the array that is beyond conversion."""
+    """Convert the exponential maps of a pair to Euler angles; errors name the array."""
     try:
         gt, pred = euler_of(pair)
     except (TypeError, ValueError) as error:
@@ -84,7 +84,7 @@ def converted(pair: Pair) -> Pair:
 
 
 def euler_of(pair: Pair) -> tuple[Float64, Float64]:
-    """Return ground truth and prediction as Euler angles; errors say which of the two is beyond conversion."""
+    """Return ground truth and prediction as Euler angles; errors name the motion."""
     angles = []
     for name, poses in (("ground truth", pair.gt), ("prediction", pair.pred)):
         try:
@@ -96,21 +96,21 @@ def euler_of(pair: Pair) -> tuple[Float64, Float64]:
 
 
 def read_poses(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
-    """Read a file of samples: ground truth and predictions, one pair an action, as Human3.6M exponential maps.
+    """Read a file of samples: a pair of ground truth and predictions per action, as Human3.6M exponential maps.
 
-    The layout, of every format: ``expmap/gt/ACTION_i`` and ``expmap/preds/ACTION_i``, each (T, 99),
-    exponential maps at 25 frames per second; optionally ``mean_ACTION_error`` (T,). What else is there is not read.
+    The layout in every format is ``expmap/gt/ACTION_i`` and ``expmap/preds/ACTION_i``, each (T, 99), exponential maps
+    at 25 frames per second; optionally ``mean_ACTION_error`` (T,). Everything else is ignored.
 
     Parameters
     ----------
     path : Path
         The file.
     max_size : float, optional
-        How much memory its arrays may take, in GiB, 8 bytes a number.
+        The most memory that its arrays may take, in GiB, at 8 bytes per number.
     """
     with naming_file(path):
         if path.suffix not in suffixes("samples"):
-            raise ValueError(f"one file alone is expected to be {listed('samples')} samples; else give GT and PRED")
+            raise ValueError(f"expected {listed('samples')} samples; otherwise give GT and PRED")
         with open_arrays(path, "samples") as arrays:
             actions = _actions(arrays)
             curves = {action: name for action in actions if (name := f"mean_{action}_error") in arrays}
@@ -130,13 +130,13 @@ def read_poses(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
 
 
 def add_max_size(parser: argparse._ActionsContainer) -> None:
-    """Add the option of a command that reads files of arrays by name."""
+    """Add the option ``--max-size``."""
     parser.add_argument(
         "--max-size",
         type=_gibibytes,
         default=MAX_SIZE,
         metavar="GIB",
-        help=f"allow the arrays of one file this much memory, in GiB (default: {MAX_SIZE:g})",
+        help=f"limit the arrays of one file to this much memory, in GiB (default: {MAX_SIZE:g})",
     )
 
 
@@ -148,14 +148,14 @@ def _gibibytes(text: str) -> float:
 
 
 def _actions(arrays: Arrays) -> dict[str, dict[str, list[str]]]:
-    """Return the names of samples by action and kind, in the order of their indices, after a look at all headers."""
+    """Check all headers, and return the names of samples by action and kind, in the order of their indices."""
     found: dict[str, dict[str, dict[int, str]]] = defaultdict(lambda: {"gt": {}, "preds": {}})
     for name in [*arrays.names("expmap/gt/"), *arrays.names("expmap/preds/")]:
         if match := _SAMPLE.fullmatch(name):
             kind, action, index = match.groups()
             samples = found[action][kind]
             if int(index) in samples:
-                raise ValueError(f"{name} is there twice, under indices written differently")
+                raise ValueError(f"duplicate sample {name}, with an index written differently")
             samples[int(index)] = name
     if not found:
         raise ValueError("no arrays expmap/gt/ACTION_i and expmap/preds/ACTION_i in it")
@@ -173,7 +173,7 @@ def _actions(arrays: Arrays) -> dict[str, dict[str, list[str]]]:
 
 
 def _sample_shape(name: str, header: Header) -> tuple[int, ...]:
-    """Return the shape of one sequence of poses, after making sure that it is one."""
+    """Check that an array is a sequence of poses, and return its shape."""
     check_real(name, header.dtype)
     if len(header.shape) != 2 or header.shape[1] != POSE or header.shape[0] == 0:
         raise ValueError(f"{name}: expected shape (T, {POSE}), got {header.shape}")
@@ -187,7 +187,7 @@ def _float64(name: str, values: Array) -> Float64:
 
 
 def _read_motions(path: Path, key: str | None, max_size: float) -> dict[str, Array]:
-    """Read the one array of a file, which has no name, or those of its arrays that may be motion."""
+    """Read the only, unnamed array of a file, or its named arrays that may be motion."""
     with naming_file(path):
         if path.suffix in suffixes("array"):
             return {"": read_array(path)}
@@ -199,17 +199,17 @@ def _read_motions(path: Path, key: str | None, max_size: float) -> dict[str, Arr
 
 
 def _motions(headers: Mapping[str, Header], key: str | None) -> list[str]:
-    """Return the names of the arrays to be scored: the chosen one, or all but what stands beside motion."""
-    there_are = ", ".join(f"{name} {header.shape} of {header.dtype}" for name, header in headers.items()) or "none"
+    """Return the names of the arrays to score: the chosen one, or all except values that accompany motion."""
+    arrays = ", ".join(f"{name} {header.shape} of {header.dtype}" for name, header in headers.items()) or "none"
     if key is not None and key not in headers:
-        raise ValueError(f"there is no array {key!r}; there are {there_are}")
-    beside = [name for name, header in headers.items() if not header.shape or header.dtype.kind in "OSUT"]
-    names = [name for name in headers if name not in beside] if key is None else [key]
+        raise ValueError(f"no array {key!r} in it; arrays: {arrays}")
+    others = [name for name, header in headers.items() if not header.shape or header.dtype.kind in "OSUT"]
+    names = [name for name in headers if name not in others] if key is None else [key]
     if not names:
-        raise ValueError(f"no motion in it, an array (N, T, D) or (T, D) of numbers; arrays: {there_are}")
+        raise ValueError(f"no motion in it, an array (N, T, D) or (T, D) of numbers; arrays: {arrays}")
     motions = [name for name in names if len(headers[name].shape) in (2, 3) and is_real_dtype(headers[name].dtype)]
     if len(names) > 1 and len(motions) < len(names):
-        raise ValueError(f"not all of it is motion (N, T, D) or (T, D); --key NAME chooses one of {there_are}")
+        raise ValueError(f"not all arrays are motion (N, T, D) or (T, D); choose one by --key NAME: {arrays}")
     for name in names:
         check_real(name, headers[name].dtype)
     return names

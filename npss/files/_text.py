@@ -1,4 +1,4 @@
-"""Read text files: UTF-8 whatever the locale, with or without a byte order mark."""
+"""Read text files: UTF-8 in any locale, with or without a byte order mark."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 
 
 def read_text(path: Path) -> str:
-    r"""Return the text of a file; every end of line is ``\n``.
+    r"""Read a text file; every line ends with ``\n``.
 
     Parameters
     ----------
@@ -23,12 +23,12 @@ def read_text(path: Path) -> str:
     Raises
     ------
     ValueError
-        If it is not UTF-8; says so where it is UTF-16, which some programs write. If it is a named pipe, to which
-        nobody may ever write.
+        If the file is not UTF-8; the message tells if it is UTF-16, which some programs write. If it is a named pipe,
+        which may never be written to.
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     """
-    if path.resolve().is_fifo():  # those of a shell, such as /dev/stdin, have no other name
+    if path.resolve().is_fifo():  # pipes of a shell, such as /dev/stdin, have no other name
         raise ValueError(f"{path}: expected a file, got a named pipe")
     content = path.read_bytes()
     if content.startswith(_UTF16_MARKS):

@@ -1,4 +1,4 @@
-"""Write files aside, then rename them: a full disk, an error or a kill never costs what was there before."""
+"""Write files atomically: to a new file that is then renamed, so that no failure costs the old file."""
 
 from __future__ import annotations
 
@@ -12,46 +12,45 @@ from typing import Any, BinaryIO
 
 
 def check_output(path: Path, inputs: Iterable[Path] = ()) -> None:
-    """Make sure, before the work of making it, that a file can be written.
+    """Check that a file can be written, before the work starts.
 
     Parameters
     ----------
     path : Path
-        The file to be written.
+        The file to write.
     inputs : iterable of Path, optional
-        Files that are not to be overwritten: whoever names one as the output has mistaken it for another.
+        Files that must not be overwritten.
 
     Raises
     ------
     ValueError
-        If there is no such folder, `path` is a folder, or it is one of the `inputs`.
+        If the folder does not exist, `path` is a folder, or it is one of the `inputs`.
     """
     if not path.absolute().parent.is_dir():
-        raise ValueError(f"{path}: there is no folder {path.parent}")
+        raise ValueError(f"{path}: no such folder: {path.parent}")
     if path.is_dir():
         raise ValueError(f"{path}: expected a file to write, got a folder")
     if path.exists() and any(file.exists() and path.samefile(file) for file in inputs):
-        raise ValueError(f"{path}: it is to be read, and would be overwritten; write to another file")
+        raise ValueError(f"{path}: would overwrite an input; write to another file")
 
 
 def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
-    """Let `write` write a new file beside `path`, and rename it to `path` once it is whole.
+    """Write a new file beside `path`, and rename it to `path` once it is complete.
 
-    The new file has a name of its own, so several processes may write the same `path`: the last one wins. What is no
-    regular file (a device, a pipe) is written in place. A link stays a link: the file that it points to is replaced.
-    Permissions stay as they are.
+    The new file has a unique name, so several processes may write the same `path`: the last one wins. Devices and pipes
+    are written in place. A link stays a link: the file that it points to is replaced. Permissions are kept.
 
     Parameters
     ----------
     path : Path
-        The file to be written.
+        The file to write.
     write : callable
-        ``write(part)`` writes the new file, of whatever kind.
+        ``write(part)`` writes the new file.
 
     Raises
     ------
     OSError
-        If writing fails; the message names `path`, which is as it was.
+        If writing fails; the message names `path`, which is unchanged.
     """
     target = path.resolve()
     if target.exists() and not target.is_file():
@@ -59,10 +58,10 @@ def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
         return
     part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     try:
-        # Create it here, and exclusively: the name is nobody else's, and the user's umask applies.
+        # Create it here, and exclusively: the name is unique, and the user's umask applies.
         os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
         if target.exists():
-            os.close(os.open(target, os.O_WRONLY))  # a file that nobody may write is not replaced, either
+            os.close(os.open(target, os.O_WRONLY))  # do not replace a read-only file
             part.chmod(stat.S_IMODE(target.stat().st_mode))
         write(part)
         part.replace(target)
@@ -73,12 +72,12 @@ def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
 
 
 def write_figure_atomically(path: Path, figure: Any) -> None:
-    """Write a figure of matplotlib as `write_atomically` does.
+    """Write a matplotlib figure as `write_atomically` does.
 
     Parameters
     ----------
     path : Path
-        The file to be written; the end of its name says the format, which is PNG where it has none.
+        The file to write; its suffix sets the format (default: PNG).
     figure : Figure
         The figure.
     """
@@ -86,17 +85,17 @@ def write_figure_atomically(path: Path, figure: Any) -> None:
 
 
 def write_stream_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:
-    """Let `write` write to a stream in memory, and write what is in it as `write_atomically` does.
+    """Write to a stream in memory, then to the file as `write_atomically` does.
 
-    For what other packages write: matplotlib, numpy, h5py and torch report a full disk in words of their own, or leave
-    the file open.
+    This is for files of other packages: matplotlib, numpy, h5py and torch report a full disk in different ways, or
+    leave the file open.
 
     Parameters
     ----------
     path : Path
-        The file to be written.
+        The file to write.
     write : callable
-        ``write(stream)`` writes all that it is to hold.
+        ``write(stream)`` writes the content.
     """
     content = BytesIO()
     write(content)
@@ -109,21 +108,21 @@ def write_bytes_atomically(path: Path, content: bytes | memoryview) -> None:
     Parameters
     ----------
     path : Path
-        The file to be written.
+        The file to write.
     content : bytes or memoryview
-        All that it is to hold.
+        The content.
     """
     write_atomically(path, lambda part: part.write_bytes(content))
 
 
 def write_text_atomically(path: Path, text: str) -> None:
-    """Write text as UTF-8, with the ends of lines as they are, as `write_atomically` does.
+    """Write text as UTF-8, with unchanged line ends, as `write_atomically` does.
 
     Parameters
     ----------
     path : Path
-        The file to be written.
+        The file to write.
     text : str
-        All that it is to hold.
+        The content.
     """
     write_atomically(path, lambda part: part.write_text(text, encoding="utf-8", newline=""))

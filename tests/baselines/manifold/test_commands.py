@@ -160,7 +160,7 @@ class TestCommands:
             "nearest",
         }  # a single action: no retrieval
         assert main(["manifold", "table", str(run), str(run), "--quick"]) == 2
-        assert "there is another file of a model 'untrained'" in capsys.readouterr().err
+        assert "duplicate model 'untrained'" in capsys.readouterr().err
 
     def test_row_names_are_unique(self, run, tmp_path, monkeypatch):
         folders = [tmp_path / name for name in ("linear", "pca-best", "a/seed-0", "b/seed-0")]

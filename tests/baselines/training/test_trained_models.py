@@ -82,7 +82,7 @@ def test_duplicate_models_are_refused(capsys, run, command):
     assert main([command, "zero-velocity", "zero-velocity", "--synthetic"]) == 2
     assert "MODEL: duplicate 'zero-velocity'" in capsys.readouterr().err
     assert main([command, str(run), f"{run.parent}/../{run.parent.name}/{run.name}", "--synthetic"]) == 2
-    assert "there is another file of a model 'small'" in capsys.readouterr().err
+    assert "duplicate model 'small'" in capsys.readouterr().err
 
 
 def test_a_still_sequence_has_no_euler_error_over_draws():

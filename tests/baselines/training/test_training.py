@@ -563,7 +563,7 @@ def test_the_formatting_of_a_configuration_does_not_matter(tmp_path):
     with pytest.raises(ValueError, match=r"some\.json: the text is UTF-16"):
         config.read(file)
     file.write_text("[" * 100_000, encoding="utf-8")
-    with pytest.raises(ValueError, match=r"some\.json: not JSON that can be read: nested too deep"):
+    with pytest.raises(ValueError, match=r"some\.json: invalid JSON: nested too deeply"):
         config.read(file)
 
 

@@ -161,7 +161,7 @@ class TestRegistration:
             Format(".npz", array=np.load)
 
     def test_functions(self):
-        with pytest.raises(ValueError, match=r"^\.a: expected one function at least, of array, arrays, samples, "):
+        with pytest.raises(ValueError, match=r"^\.a: expected at least one function of array, arrays, samples, "):
             Format((".a",))
         with pytest.raises(TypeError, match=r"^samples: expected a function, got 'read'"):
             Format((".a",), samples="read")
