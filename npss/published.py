@@ -1,4 +1,4 @@
-"""Published rows, as records of the form that this library prints for its own numbers."""
+"""Published numbers, as records like those of this library."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from npss.validation import one_of
 __all__ = ["records"]
 
 _LAFAN1 = "in-betweening"
-_COPIED = ("6", "zero-velocity")  # by the NPSS paper from Martinez et al. 2017, so it is of their windows
+_COPIED = ("6", "zero-velocity")  # the NPSS paper copied it from Martinez et al. 2017, so it has their windows
 Published = Literal["srnn-8", "srnn-8-late", "lafan1"]  # protocols of published numbers
 
 
 def records(source: str | None = None, *, protocol: Published | None = None) -> list[Record]:
-    """Return published numbers, as records to be printed, ranked or plotted beside one's own.
+    """Return published numbers as records, to print, rank or plot beside your own.
 
     They are tables 4 to 7 of the NPSS paper, and rows of LaFAN1's in-betweening benchmark. Their NPSS is that of the
-    released code, so it stands beside one's own under ``'released'`` and no other convention.
+    released code, so it is comparable with your own by ``'released'`` and no other convention.
 
     Parameters
     ----------
     source : str, optional
-        The rows of one paper alone: ``'Gopalakrishnan et al. 2019'`` (Human3.6M), ``'Harvey et al. 2020'``,
-        ``'Oreshkin et al. 2022'`` or ``'Qin et al. 2022'`` (LaFAN1). All of them by default.
+        Only the rows of one paper: ``'Gopalakrishnan et al. 2019'`` (Human3.6M), ``'Harvey et al. 2020'``,
+        ``'Oreshkin et al. 2022'`` or ``'Qin et al. 2022'`` (LaFAN1). By default all.
     protocol : {'srnn-8', 'srnn-8-late', 'lafan1'}, optional
-        The rows that may stand beside numbers of these test windows alone. By default those of ``'srnn-8'`` and
+        Only the rows that are comparable with numbers of these test windows. By default those of ``'srnn-8'`` and
         ``'lafan1'``.
 
     Returns
@@ -40,21 +40,21 @@ def records(source: str | None = None, *, protocol: Published | None = None) -> 
         A record for each model and action; LaFAN1's actions are ``'in-betweening, 5 frames'`` and so on. Keys:
         ``model``, ``action``; as far as published, ``euler_error`` (radians, by milliseconds), ``npss`` (by
         convention) and ``npss_windows`` (by convention and window); ``signature``, ``signatures``; ``source`` (the
-        paper and its tables) and ``published``, which is True. What was not published is absent.
+        paper and its tables) and ``published``, which is True. Numbers that were not published are absent.
 
     Raises
     ------
     TypeError, ValueError
-        If `source` is not one of the papers, `protocol` not one of these, or no row is both.
+        If `source` is not one of the papers, `protocol` is not one of these, or no row matches both.
 
     Notes
     -----
-    At which frame the NPSS paper's own rows are cut is not known, so the same rows are those of ``'srnn-8'`` and of
-    ``'srnn-8-late'``; all but the zero-velocity row of its Table 6, which was copied from Martinez et al. and is of
+    The frame at which the NPSS paper cuts its windows is unknown. So its rows count for both ``'srnn-8'`` and
+    ``'srnn-8-late'``, except the zero-velocity row of its Table 6: that was copied from Martinez et al. and counts for
     ``'srnn-8'``.
 
-    "(SA)" in the name of a model means that it was trained on one action, "(MA)" on several, where the paper has both.
-    Its tables 5 and 7 leave "(SA)" out in places; the models are those of table 4.
+    "(SA)" in the name of a model means that it was trained on one action, "(MA)" on several, if the paper has both.
+    Tables 5 and 7 sometimes omit "(SA)"; the models are those of table 4.
 
     References
     ----------
@@ -81,19 +81,19 @@ def records(source: str | None = None, *, protocol: Published | None = None) -> 
             key = tuple(row[name] for name in ("source", "model", "action", "frames"))
             models.setdefault(key, []).append(row)
     if not models:
-        raise ValueError(f"protocol: the rows of {source} are not of {protocol}")
+        raise ValueError(f"protocol: {source} has no rows for {protocol}")
     return [_record(of_model, protocol or "srnn-8") for of_model in models.values()]
 
 
 def _is_of(row: dict[str, str], protocol: str | None) -> bool:
-    """Say whether a row may stand beside numbers of a protocol."""
+    """Return whether a row is comparable with numbers of a protocol."""
     if protocol == "srnn-8-late" and (row["table"], row["model"]) == _COPIED:
         return False
     return protocol is None or (row["action"] == _LAFAN1) == (protocol == "lafan1")
 
 
 def _record(rows: list[dict[str, str]], protocol: str) -> Record:
-    """Return the record of rows that belong to one model, action and number of frames."""
+    """Return the record of the rows of one model, action and number of frames."""
     first = rows[0]
     record: dict[str, Any] = {"model": first["model"], "action": first["action"]}
     errors = {row["at"]: float(row["value"]) for row in rows if row["metric"] == EULER_ERROR.name}

@@ -1,4 +1,4 @@
-"""Records: every number of one comparison, with the signature that says what they are."""
+"""Records: all numbers of one prediction, with their signatures."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from npss.validation import Float64, each, motion_pair, positive_number, renamed
 
 __all__ = ["NUMBERS", "Groups", "Record", "Unwrapped", "measure", "signature_of", "summary"]
 
-#: What `measure` returns, or JSON of it.
+#: A record as `measure` returns it, or as JSON holds it.
 Record = dict[str, Any]
-#: Where jumps of 2 pi are removed.
+#: The frames in which jumps of 2 pi are removed.
 Unwrapped = Literal["off", "target", "seed"]
 
 #: The entries of a record that hold numbers.
@@ -54,7 +54,7 @@ def measure(
     extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Record:
-    """Measure a prediction by every metric that is asked for.
+    """Measure a prediction by several metrics.
 
     Parameters
     ----------
@@ -65,46 +65,44 @@ def measure(
     fps : float, optional
         Frames per second; needed for `at_ms` and `edges_ms`.
     at_ms : sequence of int, optional
-        Times of the Euler error, in milliseconds; none, and it is left out.
+        Times of the Euler error, in milliseconds (default: no Euler error).
     edges_ms : sequence of float, optional
-        Edges of the windows that are scored too, in milliseconds; none, and they are left out.
+        Edges of windows to score, in milliseconds (default: no windows).
     metrics : sequence of str, optional
-        Other metrics, by the names or headings under which they are registered: see `npss.metrics`. Those that have
-        times are measured at those of `at_ms`.
+        Names or headings of other registered metrics; see `npss.metrics`. Metrics with times are measured at `at_ms`.
     poses : pair of (N, T, 99) array_like, optional
         Ground truth and prediction as Human3.6M poses, exponential maps, for metrics that take poses or positions.
     unwrapped : {'off', 'target', 'seed'}, optional
-        Remove jumps of 2 pi before NPSS (never for other metrics): over the target alone, or from the seed on.
+        Remove jumps of 2 pi before NPSS (never for other metrics): in the target only, or from the seed on.
     seed_frames : array_like, optional
         The seed frames, for ``unwrapped='seed'``.
     workers : int, optional
         As for `score`.
     sequences : bool, optional
-        Measure each sequence alone, too: what intervals and comparisons are made from.
+        Also measure single sequences, from which intervals and comparisons are made.
     groups : sequence of str, int or None, optional
-        The blocks of the sequences, as for `npss.report`; kept with the single sequences.
+        The blocks of the sequences, as for `npss.report`; stored with the single sequences.
     extra : mapping of str to str, int, float or bool; optional
-        Fields of one's own that the signature states.
+        Fields of your own for the signature.
     **context
-        Known fields that the signature states.
+        Known fields for the signature.
 
     Returns
     -------
     dict
-        ``npss`` by convention, ``npss_windows`` by convention and window, ``euler_error`` by time, as far as they were
-        asked for; ``metrics``, the numbers of other metrics by their columns, if there are any; ``still``, the indices
-        of sequences that the Euler error leaves out, since nothing moves in their ground truth, if there are any; the
-        one ``signature`` of NPSS and the Euler error together, and ``signatures``, that of each number by convention,
-        metric or column. In ``sequences``, lists with a value for each sequence: ``npss`` by convention, ``weight``
-        by convention (of which the score is the weighted mean), ``euler_error`` by time (None for a still one),
-        ``metrics`` by column (with their weights in ``weight``, if they have some), the ground truth's ``fingerprint``,
-        and ``groups``, if there are some; and ``statistics``, the version of the rules by which they are to be read.
+        The numbers: ``npss`` by convention, ``npss_windows`` by convention and window, ``euler_error`` by time, and
+        ``metrics`` by column, as far as requested. ``still``, if any: the indices of sequences without an Euler error,
+        since nothing moves in their ground truth. ``signature``, of NPSS and the Euler error together, and
+        ``signatures``, of each number by convention, metric or column. ``sequences``, if requested, has lists with a
+        value for each sequence: ``npss`` by convention and its ``weight`` (the score is the weighted mean),
+        ``euler_error`` by time (None for a still sequence), ``metrics`` by column (with any weights in ``weight``), the
+        ground truth's ``fingerprint``, any ``groups``, and ``statistics``, the version of the rules for them.
 
     Raises
     ------
     TypeError, ValueError
-        As `npss.score`, `npss.euler_error` and `npss.signature`; if no metric has one of the names, a metric lacks the
-        motion or the times that it takes, or its function returns what it should not.
+        As `npss.score`, `npss.euler_error` and `npss.signature`. If a metric is unknown, lacks the motion or the times
+        that it takes, or its function returns an invalid value.
 
     Examples
     --------
@@ -118,7 +116,7 @@ def measure(
     others = _others(metrics, at_ms, poses)
     angles = gt, pred
     record: Record = {}
-    alone: Record = {}  # of each sequence
+    alone: Record = {}  # values of single sequences
     if sequences:
         alone["statistics"] = STATISTICS_VERSION
         truth = motion_pair(gt, pred)[0]
@@ -183,13 +181,13 @@ def signature_of(record: Record, metric: str, convention: str | None = None, **c
     Parameters
     ----------
     record : dict
-        As `measure` returns.
+        A record from `measure`.
     metric : str
-        The name of the metric: ``'npss'``, ``'euler_error'``, or one that is registered.
+        The name of the metric: ``'npss'``, ``'euler_error'``, or another registered one.
     convention : str, optional
-        By which convention, for ``'npss'``.
+        The convention, for ``'npss'``.
     **context
-        What is particular to that number, such as ``window='0-1'``.
+        Further fields of this number, such as ``window='0-1'``.
 
     Returns
     -------
@@ -199,7 +197,7 @@ def signature_of(record: Record, metric: str, convention: str | None = None, **c
     Raises
     ------
     TypeError, ValueError
-        As `npss.signature`; if no metric has that name.
+        As `npss.signature`; if the metric is unknown.
 
     Examples
     --------
@@ -208,41 +206,41 @@ def signature_of(record: Record, metric: str, convention: str | None = None, **c
     >>> signature_of(record, "npss", "released", window="0-1")
     'npss|version:1|convention:released|frames:100|window:0-1'
     """
-    stated = stated_of(metric, parse_signature(record["signature"]))
-    return signature(**{**stated, "convention": convention, **context})
+    fields = stated_of(metric, parse_signature(record["signature"]))
+    return signature(**{**fields, "convention": convention, **context})
 
 
 def _others(metrics: Sequence[str], at_ms: Sequence[float], poses: object) -> list[Metric]:
-    """Return the metrics of those names, of which all is there that they take."""
-    found: list[Metric] = []
+    """Return the metrics of these names, and check that their inputs are given."""
+    others: list[Metric] = []
     for name in each("metrics", metrics, "names"):
         metric = metric_called(name, "metrics")
         if metric is NPSS or metric is EULER_ERROR:
             how = "at the times of at_ms" if metric.has_times else "by each of the conventions"
-            raise ValueError(f"metrics: {metric.name!r} is measured anyway, {how}; leave it out")
-        if metric in found:
+            raise ValueError(f"metrics: {metric.name!r} is always measured, {how}; leave it out")
+        if metric in others:
             raise ValueError(f"metrics: {name!r} is a duplicate")
         if metric.takes != "angles" and poses is None:
-            raise ValueError(f"metrics: {name!r} takes {metric.takes}, and there are no poses")
+            raise ValueError(f"metrics: {name!r} takes {metric.takes}; give poses")
         if metric.has_times and not at_ms:
-            raise ValueError(f"metrics: {name!r} is measured at the times of at_ms, and there are none")
+            raise ValueError(f"metrics: {name!r} is measured at the times of at_ms; give at_ms")
         if metric.has_conventions:
-            raise ValueError(f"metrics: {name!r} has conventions, which other metrics than NPSS cannot have here")
-        found.append(metric)
-    return found
+            raise ValueError(f"metrics: {name!r} has conventions, which only NPSS can have here")
+        others.append(metric)
+    return others
 
 
 def _add(record: Record, metric: Metric, angles: Any, poses: Any, fps: float | None, at_ms: Sequence[float]) -> None:
-    """Measure by another metric, and add its numbers to a record."""
+    """Add the numbers of another metric to a record."""
     gt, pred = angles if metric.takes == "angles" else poses
     if metric.takes == "positions":
         gt, pred = poses_to_positions(gt), poses_to_positions(pred)
-    stated = with_fields_of(metric, stated_of(metric.name, parse_signature(record["signature"])))
+    fields = with_fields_of(metric, stated_of(metric.name, parse_signature(record["signature"])))
     for time in at_ms if metric.has_times else (None,):
         measured = metric.measure(gt, pred, fps=fps, at_ms=time)
         column = metric.column(at_ms=time)
         record.setdefault("metrics", {})[column] = measured.value
-        record["signatures"][column] = signature(**stated | ({} if time is None else {"at_ms": time}))
+        record["signatures"][column] = signature(**fields | ({} if time is None else {"at_ms": time}))
         alone, values = record.get("sequences"), measured.by_sequence()
         if alone is None or values is None:
             continue
@@ -252,12 +250,12 @@ def _add(record: Record, metric: Metric, angles: Any, poses: Any, fps: float | N
 
 
 def summary(records: Sequence[Record], *, markdown: bool = False) -> str:
-    r"""Lay records out for people: a table an action, models in the order of NPSS, the best of each column marked.
+    r"""Summarise records in one table per action, models sorted by NPSS, the best of each column marked.
 
     Parameters
     ----------
     records : sequence of dict
-        As `measure` returns them, with ``model`` and ``action``; those of an action have the same numbers.
+        Records from `measure`, with ``model`` and ``action``; records of an action have the same numbers.
     markdown : bool, optional
         Write Markdown.
 
@@ -269,7 +267,7 @@ def summary(records: Sequence[Record], *, markdown: bool = False) -> str:
     Raises
     ------
     ValueError
-        If a record lacks a number that the first of its action has.
+        If a record lacks a number that the first record of the action has.
 
     Examples
     --------
@@ -292,7 +290,7 @@ def summary(records: Sequence[Record], *, markdown: bool = False) -> str:
         convention = next(iter(of_action[0]["npss"]))
         of_action.sort(key=lambda record: record["npss"][convention])
         signatures = of_action[0]["signatures"]
-        higher = [one for one in of_action[0].get("metrics", {}) if higher_is_better(signatures[one])]
+        higher = [column for column in of_action[0].get("metrics", {}) if higher_is_better(signatures[column])]
         columns = _columns(of_action, higher)
         escaped = markdown_text if markdown else str
         names = [escaped(record["model"]) for record in of_action]
@@ -307,7 +305,7 @@ def summary(records: Sequence[Record], *, markdown: bool = False) -> str:
 
 
 def _columns(records: Sequence[Record], higher: Sequence[str]) -> dict[str, list[str]]:
-    """Return the cells of each column of `summary`; in some, higher is better."""
+    """Return the cells of each column of `summary`; `higher` names the columns in which higher is better."""
     first = records[0]
     numbers: dict[str, tuple[Metric | None, list[float]]]
     numbers = {NPSS.column(convention=name): (NPSS, _numbers(records, "npss", name)) for name in first["npss"]}
@@ -332,16 +330,16 @@ def _numbers(records: Sequence[Record], section: str, name: str) -> list[float]:
 
 
 def _by_time(errors: Float64, still: npt.NDArray[np.bool_], frames: Mapping[str, int]) -> dict[str, list[float | None]]:
-    """Return the error of each sequence at some frames, counted from 1: None for those that stand still."""
-    found = np.full((len(still), errors.shape[1]), np.nan)
-    found[~still] = errors
+    """Return the error of each sequence at some frames, counted from 1: None for still sequences."""
+    by_frame = np.full((len(still), errors.shape[1]), np.nan)
+    by_frame[~still] = errors
     return {
-        time: [None if np.isnan(error) else error for error in found[:, frame - 1].tolist()]
+        time: [None if np.isnan(error) else error for error in by_frame[:, frame - 1].tolist()]
         for time, frame in frames.items()
     }
 
 
 def _needed(fps: float | None) -> float:
     if fps is None:
-        raise ValueError("fps: times were asked for, so the frames per second are needed")
+        raise ValueError("fps: times need the frames per second; give fps")
     return fps

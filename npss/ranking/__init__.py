@@ -1,4 +1,4 @@
-"""Several models on one ground truth: prediction files, leaderboards."""
+"""Rank several models on one ground truth: files of predictions, leaderboards."""
 
 from npss.ranking._names import names_of_paths
 from npss.ranking._submissions import (

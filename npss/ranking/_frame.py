@@ -1,4 +1,4 @@
-"""The DataFrame of a leaderboard; the one module that needs pandas."""
+"""The DataFrame of a leaderboard; the only module that needs pandas."""
 
 from __future__ import annotations
 
@@ -34,29 +34,29 @@ _TYPES = {
 
 
 class Leaderboard(pd.DataFrame):  # type: ignore[misc]
-    """Scores of models by actions and columns, with ranks, intervals and marks; `npss.leaderboard` makes it.
+    """Scores of models by action and column, with ranks, intervals and marks, from `npss.leaderboard`.
 
-    It is a DataFrame. Selections of its models, actions and columns, copies and sorted ones are leaderboards too, and
-    keep ranks and marks, which stay those among all models. What is computed from it (``board * 2``, ``board.T``) is a
-    plain DataFrame.
+    It is a DataFrame. Selections of its models, actions and columns, copies and sorted copies are leaderboards, too.
+    They keep the ranks and marks among all models. Results of computations (``board * 2``, ``board.T``) are plain
+    DataFrames.
 
     The writers ``to_text``, ``to_markdown``, ``to_latex`` and ``to_html`` write a table for each action, sorted by
-    rank, with intervals, marks and signatures; ``to_csv`` writes `tidy`. They take `buf` as pandas' own writers do: a
-    path or an open file to write to, or None to return text. For the tables of pandas itself, write
-    ``pd.DataFrame(board)``.
+    rank, with intervals, marks and signatures; ``to_csv`` writes `tidy`. As in pandas, `buf` is a path or an open file
+    to write to, or None to return text. For the tables of pandas, use ``pd.DataFrame(board)``.
 
     Attributes
     ----------
     tidy : pandas.DataFrame
         A row for each number: its interval, rank, p-value (of the difference from the best), signature and methods.
-        ``in_blocks`` is the score of the sequences in blocks where some are left out, ``behind`` the share of blocks in
-        which the best is better, ``seeds`` how many trained runs a method is the mean of, between which values.
+        ``in_blocks`` is the score of the sequences in blocks, if some are in none; ``behind`` the share of blocks in
+        which the best is better; ``seeds`` the number of runs of a method, whose values lie between ``seed_low`` and
+        ``seed_high``.
     notes : tuple of str
-        What is written below the tables: how intervals, marks and ranks were made.
+        The notes below the tables: how intervals, marks and ranks were made.
     by : str or None
-        The column by which tables are sorted and show ranks; None for the first one.
+        The column by which tables are sorted and show ranks; None for the first.
     level : float
-        Of the confidence intervals.
+        The level of the confidence intervals.
 
     Examples
     --------
@@ -72,7 +72,7 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
     ### walking (ranked by NPSS paper)
     """
 
-    _metadata: ClassVar = ["_standings", "_notes", "by", "level"]  # what copies and pickles keep
+    _metadata: ClassVar = ["_standings", "_notes", "by", "level"]  # kept by copies and pickles
     _standings: tuple[Standing, ...] = ()
     _notes: tuple[str, ...] = ()
     by: str | None = None
@@ -80,7 +80,7 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
 
     @classmethod
     def of(cls, standings: Sequence[Standing], notes: Sequence[str], *, by: str | None, level: float) -> Leaderboard:
-        """Lay standings out, models as rows, actions and columns as columns, in the order in which they come."""
+        """Lay out standings with models as rows, and actions and columns as columns, in the order of appearance."""
         values: dict[tuple[str, str], dict[str, float]] = {}
         for standing in standings:
             result = standing.result
@@ -97,23 +97,23 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
 
     @property
     def standings(self) -> list[Standing]:
-        """What is known of the numbers that the frame holds now.
+        """The standings of the numbers in the frame.
 
         Raises
         ------
         ValueError
-            If a value is none of the numbers of which it was made: names the place.
+            If a value is not one of the leaderboard's numbers; names the place.
         """
         return _standings_in(pd.DataFrame(self), self._standings)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is written below the tables."""
-        models = {one.result.label for one in self._standings}
-        shown = {one.result.label for one in self.standings}
+        """The notes below the tables."""
+        models = {standing.result.label for standing in self._standings}
+        shown = {standing.result.label for standing in self.standings}
         if shown == models:
             return self._notes
-        return *self._notes, f"{len(shown)} of {len(models)} models; best, ranks and marks are those among all of them."
+        return *self._notes, f"{len(shown)} of {len(models)} models; best, ranks and marks are among all of them."
 
     @property
     def tidy(self) -> pd.DataFrame:
@@ -121,20 +121,20 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
         return pd.DataFrame(
             [
                 {
-                    **{name: getattr(one.result, name) for name in ("model", "action", "column", "value")},
-                    **{name: getattr(one, name) for name in ("low", "high", "rank", "best", "worse", "p_value")},
-                    **{name: getattr(one.result, name) for name in ("source", "signature")},
+                    **{name: getattr(result, name) for name in ("model", "action", "column", "value")},
+                    **{name: getattr(standing, name) for name in ("low", "high", "rank", "best", "worse", "p_value")},
+                    **{name: getattr(result, name) for name in ("source", "signature")},
                     "level": self.level,
-                    "in_blocks": one.in_blocks,
-                    "behind": None if one.behind is None else one.behind[0] / one.behind[1],
-                    "blocks": None if one.result.blocks is None else one.result.blocks.n,
-                    "seeds": len(one.result.seeds) or None,
-                    "seed_low": min(one.result.seeds, default=None),
-                    "seed_high": max(one.result.seeds, default=None),
-                    "interval": RANGE if one.is_range else METHOD,
+                    "in_blocks": standing.in_blocks,
+                    "behind": None if standing.behind is None else standing.behind[0] / standing.behind[1],
+                    "blocks": None if result.blocks is None else result.blocks.n,
+                    "seeds": len(result.seeds) or None,
+                    "seed_low": min(result.seeds, default=None),
+                    "seed_high": max(result.seeds, default=None),
+                    "interval": RANGE if standing.is_range else METHOD,
                     "test": TEST,
                 }
-                for one in self.standings
+                for standing, result in ((standing, standing.result) for standing in self.standings)
             ],
             columns=_COLUMNS,
         ).astype(_TYPES)
@@ -145,7 +145,7 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
         Parameters
         ----------
         buf : path or open file, optional
-            Where to write; by default the text is returned.
+            The file to write to; by default the text is returned.
         digits : int, optional
             Decimal places; by default those of the metric.
 
@@ -156,21 +156,21 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
         Raises
         ------
         TypeError, ValueError
-            If `buf` is neither, `digits` is no whole number from 0 on, or a value of the frame was changed.
+            If `buf` is neither, `digits` is not a whole number from 0 on, or a value of the frame was changed.
         """
-        return self._written("to_text", _render.to_text, buf, digits, {})
+        return self._write("to_text", _render.to_text, buf, digits, {})
 
     def to_markdown(self, buf: Any = None, *, digits: int | None = None, **options: Any) -> str | None:
-        """Write the leaderboard in Markdown; parameters and errors as for `to_text`, and no option of pandas."""
-        return self._written("to_markdown", partial(_render.to_text, markdown=True), buf, digits, options)
+        """Write the leaderboard in Markdown; parameters and errors as for `to_text`, without options of pandas."""
+        return self._write("to_markdown", partial(_render.to_text, markdown=True), buf, digits, options)
 
     def to_latex(self, buf: Any = None, *, digits: int | None = None, **options: Any) -> str | None:
         """Write LaTeX tables, for the package booktabs; parameters and errors as for `to_markdown`."""
-        return self._written("to_latex", _render.to_latex, buf, digits, options)
+        return self._write("to_latex", _render.to_latex, buf, digits, options)
 
     def to_html(self, buf: Any = None, *, digits: int | None = None, **options: Any) -> str | None:
         """Write HTML tables; parameters and errors as for `to_markdown`."""
-        return self._written("to_html", _render.to_html, buf, digits, options)
+        return self._write("to_html", _render.to_html, buf, digits, options)
 
     @renamed(path="path_or_buf")
     def to_csv(self, path_or_buf: Any = None, **options: Any) -> str | None:
@@ -179,9 +179,9 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
         Parameters
         ----------
         path_or_buf : path or open file, optional
-            Where to write; by default the text is returned.
+            The file to write to; by default the text is returned.
         **options
-            As for ``pandas.DataFrame.to_csv``; ``index`` is False unless you say otherwise.
+            As for ``pandas.DataFrame.to_csv``; ``index`` is False by default.
 
         Returns
         -------
@@ -190,14 +190,14 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
         Raises
         ------
         TypeError, ValueError
-            As pandas; or if a value of the frame was changed.
+            As in pandas; or if a value of the frame was changed.
         """
         tidy, options = self.tidy, {"index": False, **options}
-        how = options.get("compression", "infer")
-        whole = not {"mode", "storage_options"} & options.keys() and not isinstance(how, Mapping)
+        compression = options.get("compression", "infer")
+        whole = not {"mode", "storage_options"} & options.keys() and not isinstance(compression, Mapping)
         if isinstance(path_or_buf, str | PathLike) and whole:
-            # pandas would see from the path, which is another one while it is written, whether to compress.
-            options["compression"] = infer_compression(path_or_buf, how)
+            # pandas infers compression from the path, which differs while the file is written.
+            options["compression"] = infer_compression(path_or_buf, compression)
             write_atomically(Path(path_or_buf).expanduser(), lambda part: tidy.to_csv(part, **options))
             return None
         written: str | None = tidy.to_csv(path_or_buf, **options)
@@ -205,16 +205,16 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
 
     @property
     def _constructor(self) -> Any:
-        """What pandas calls with the frames that it makes from this one."""
+        """The function that pandas calls with frames derived from this one."""
         return partial(_derived, self)
 
-    def _written(self, name: str, render: Any, buf: Any, digits: int | None, options: Mapping[str, Any]) -> str | None:
+    def _write(self, name: str, render: Any, buf: Any, digits: int | None, options: Mapping[str, Any]) -> str | None:
         """Write the tables to `buf`, or return them."""
         if options:
             option = next(iter(options))
             raise TypeError(
                 f"{name}(): a leaderboard has no option {option!r}; "
-                f"pd.DataFrame(board).{name}({option}=...) writes the table of pandas"
+                f"use pd.DataFrame(board).{name}({option}=...) for the table of pandas"
             )
         if digits is not None and not is_integer(digits):
             raise TypeError(f"digits: expected a whole number, got {digits!r}")
@@ -228,12 +228,12 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
         elif hasattr(buf, "write"):
             buf.write(text)
         else:
-            raise TypeError(f"buf: expected a path or a file that is open for writing, got {buf!r}")
+            raise TypeError(f"buf: expected a path or a file open for writing, got {buf!r}")
         return None
 
 
 def _derived(board: Leaderboard, *args: Any, **kwargs: Any) -> pd.DataFrame:
-    """Return a frame that pandas made from a leaderboard: a leaderboard where all its numbers are some of that one."""
+    """Return a frame that pandas derived from a leaderboard, as a leaderboard if all its numbers are the board's."""
     frame = pd.DataFrame(*args, **kwargs)
     try:
         _standings_in(frame, board._standings)
@@ -246,55 +246,58 @@ def _derived(board: Leaderboard, *args: Any, **kwargs: Any) -> pd.DataFrame:
 
 
 def _standings_in(frame: pd.DataFrame, standings: Iterable[Standing]) -> list[Standing]:
-    """Return the standings of the numbers that a frame holds, in the order of its columns.
+    """Return the standings of the numbers in a frame, in the order of its columns.
 
-    Its columns are actions and columns, or, as in ``board["walking"]``, columns of the one action with such numbers.
+    The columns are pairs of action and column, or, as in ``board["walking"]``, columns of the only action with these
+    numbers.
 
     Raises
     ------
     ValueError
-        If it holds anything else: names the first place.
+        If the frame holds anything else; names the first place.
     """
     if not (frame.index.is_unique and frame.columns.is_unique):
         raise ValueError("duplicate models or columns in the frame of a leaderboard")
-    known: dict[str, dict[tuple[str, str], dict[str, Standing]]] = {}
-    for one in standings:
-        result = one.result
-        known.setdefault(result.action, {}).setdefault((result.action, result.column), {})[result.label] = one
+    by_action: dict[str, dict[tuple[str, str], dict[str, Standing]]] = {}
+    for standing in standings:
+        result = standing.result
+        by_action.setdefault(result.action, {}).setdefault((result.action, result.column), {})[result.label] = standing
     if frame.columns.nlevels > 1:
-        every = {column: of_column for columns in known.values() for column, of_column in columns.items()}
-        return _standings_at(frame, list(frame.columns), every)
-    found = []
-    for action, columns in known.items():
+        all_columns = {column: models for columns in by_action.values() for column, models in columns.items()}
+        return _standings_at(frame, list(frame.columns), all_columns)
+    matches = []
+    for action, columns in by_action.items():
         try:
-            found.append(_standings_at(frame, [(action, column) for column in frame.columns], columns))
+            matches.append(_standings_at(frame, [(action, column) for column in frame.columns], columns))
         except ValueError:
             continue
-    if len(found) != 1:
+    if len(matches) != 1:
         raise ValueError("the columns of the frame are not those of one action of the leaderboard")
-    return found[0]
+    return matches[0]
 
 
 def _standings_at(
     frame: pd.DataFrame, columns: Sequence[Any], known: Mapping[Any, Mapping[Any, Standing]]
 ) -> list[Standing]:
-    found: list[Standing] = []
+    standings: list[Standing] = []
     for column, values in zip(columns, frame.to_numpy().T, strict=True):
-        held = set()
+        models = set()
         for model, value in zip(frame.index, values, strict=True):
-            one = known.get(column, {}).get(model)
-            if not isinstance(value, float) or (value == value and (one is None or one.result.value != value)):
+            standing = known.get(column, {}).get(model)
+            if not isinstance(value, float) or (
+                value == value and (standing is None or standing.result.value != value)
+            ):
                 raise ValueError(
                     f"{model!r}, {column!r}: not the leaderboard's value; write pd.DataFrame(board) instead"
                 )
             if value == value:
-                held.add(model)
-        found += [one for model, one in known.get(column, {}).items() if model in held]
-    return found
+                models.add(model)
+        standings += [standing for model, standing in known.get(column, {}).items() if model in models]
+    return standings
 
 
 def _order(values: dict[tuple[str, str], Any]) -> Any:
-    """Return a key that keeps the columns of an action together, in the order in which actions come."""
+    """Return a key that keeps the columns of an action together, with actions in the order of appearance."""
     actions = list(dict.fromkeys(action for action, _ in values))
     places = {column: place for place, column in enumerate(values)}
     return lambda column: (actions.index(column[0]), places[column])

@@ -1,4 +1,4 @@
-"""Leaderboards: models by actions and metrics as a DataFrame, and as a paper or a page prints them."""
+"""Make a leaderboard from files, records or reports."""
 
 from __future__ import annotations
 
@@ -42,66 +42,64 @@ def leaderboard(
     max_size: float = MAX_SIZE,
     **context: Value,
 ) -> Leaderboard:
-    """Rank models: scores with intervals, and marks where a difference is more than chance.
+    """Rank models by their scores, with intervals, and mark significant differences.
 
     Parameters
     ----------
     source : path, sequence of paths, sequence of dict, or mapping
-        A folder with a file of samples for each model (``MODEL.npz``, or ``MODEL/samples.npz``), or such
-        files; records, as ``npss-baselines evaluate --format json`` prints them, or files of them (``.json``);
-        or reports: a mapping from models to a `Report`, or to a mapping from actions to a `Report`. Records may hold
-        other metrics, too, also of those that are not registered here: ``metrics`` and ``signatures`` by column (the
-        field ``better:higher`` says that higher is better), and their values of the single sequences, of which the
-        number is the mean, in ``sequences["metrics"]``, with weights in ``sequences["weight"]``, if they have some.
+        A folder with one file of samples per model (``MODEL.npz`` or ``MODEL/samples.npz``), or such files; records, as
+        ``npss-baselines evaluate --format json`` prints them, or files of records (``.json``); or reports: a mapping
+        from models to a `Report`, or to a mapping from actions to a `Report`. Records may hold other metrics, even
+        unregistered ones: ``metrics`` and ``signatures`` by column (the field ``better:higher`` means that higher is
+        better), and the values of single sequences, whose mean is the number, in ``sequences["metrics"]``, with any
+        weights in ``sequences["weight"]``.
     published : bool, optional
-        Show the published rows of the same meaning beside one's own, marked, and not ranked.
+        Also show published rows of the same meaning; they are marked and not ranked.
     by : str, optional
         The column by which written tables are sorted and show ranks, such as ``'NPSS released'``; by default the first.
     metrics : sequence of str, optional
-        Other metrics that files of samples are measured by: names or headings of those that are registered; see
-        `npss.metrics`.
+        Names or headings of other registered metrics, by which files of samples are measured; see `npss.metrics`.
     groups : mapping of str to labels, or labels; optional
-        The blocks of the sequences of each action, as for `report`, or of the only action, in place of those that
-        records and reports state. Files of samples state none: there, `protocol='srnn-8'` or `'random-256'` tells
-        the blocks of actions of which `npss.protocol.TEST_LENGTHS` has the lengths.
+        The blocks of the sequences of each action, as for `report`, or of the only action. They replace those that
+        records and reports state. Files of samples state none; for them, `protocol='srnn-8'` or `'random-256'` implies
+        the blocks of actions whose lengths are in `npss.protocol.TEST_LENGTHS`.
     methods : mapping of str to sequence of str, optional
-        The models that are runs of one method, with other seeds, by the name of the method: they are averaged in every
-        sequence, and the method stands in their place, with the spread over its seeds beside it. Three or more each.
+        The runs of each method, by its name: three or more models that differ in their seed. They are averaged in every
+        sequence; the method replaces them, with the range over seeds beside its value.
     level : float, optional
-        Of the confidence intervals; a difference is marked at 1 minus it.
+        The confidence level of intervals; a difference is marked at significance level 1 - `level`.
     seed : int or numpy.random.Generator, optional
-        Of the generators behind intervals and tests.
+        The seed of the generators for intervals and tests.
     extra : mapping of str to str, int, float or bool; optional
-        Fields of one's own that the signatures of numbers measured from files state.
+        Fields of your own for the signatures of numbers measured from files.
     max_size : float, optional
-        How much memory the arrays of one file of samples may take, in GiB; a file that declares more is refused.
+        The most memory that the arrays of one file of samples may take, in GiB; larger files are refused.
     **context
-        Known fields that these signatures state, such as ``protocol='srnn-8'``; see `signature`.
+        Known fields for these signatures, such as ``protocol='srnn-8'``; see `signature`.
 
     Returns
     -------
     Leaderboard
         A ``pandas.DataFrame``, models by actions and columns (NPSS by convention, Euler error by time, other
-        metrics), with NaN where a model has no number; ``.tidy`` has a row for each number with its interval, rank and
-        signature, and ``.to_markdown()``, ``.to_latex()``, ``.to_html()`` and ``.to_csv()`` write it.
+        metrics), with NaN where a model has no number. ``.tidy`` has a row for each number with its interval, rank and
+        signature; ``.to_markdown()``, ``.to_latex()``, ``.to_html()`` and ``.to_csv()`` write it.
 
     Raises
     ------
     ImportError
-        Without pandas; the message says how to install it.
+        If pandas is missing; the message says how to install it.
     TypeError
-        If `source` is none of these, or a keyword is no known field.
+        If `source` is none of these, or a keyword is not a known field.
     ValueError
-        If two numbers to be ranked together differ in meaning: shows both signatures. If models were scored on
-        different ground truth, in different blocks, a model is there twice, a file is broken, no published row has
+        If two numbers to be ranked together differ in meaning; shows both signatures. If models were scored on
+        different ground truth or in different blocks, a model is a duplicate, a file is broken, no published row has
         the same meaning, no column is called `by`, `groups` do not fit the sequences, or `methods` the models.
 
     Notes
     -----
-    In each column, models are ranked by 1 plus the number of models that are better by more than chance: the paired
-    sign-flip test of `compare`, with Holm's correction over all pairs. Hence models share ranks; of fewer than six
-    blocks, all have the first. Numbers without their single sequences (records made without ``--sequences``) are ranked
-    by value.
+    In each column, a model's rank is 1 plus the number of models that are significantly better, by the paired
+    sign-flip test of `compare` with Holm's correction over all pairs. So models share ranks; with fewer than six
+    blocks, all rank first. Numbers without single sequences (records made without ``--sequences``) are ranked by value.
 
     References
     ----------
@@ -125,12 +123,12 @@ def leaderboard(
 
     own = check_names(leaderboard, context, extra, MEASURED)
     runs_of = read_methods(methods)
-    stated: dict[str, Any] = {**context, "extra": own} if own else {**context}
+    options: dict[str, Any] = {**context, "extra": own} if own else {**context}
     if others := each("metrics", metrics, "names"):
-        stated["metrics"] = others
-    results = _results(source, positive_number("max_size", max_size), stated)
+        options["metrics"] = others
+    results = _results(source, positive_number("max_size", max_size), options)
     if not results:
-        raise ValueError("source: nothing to rank in it")
+        raise ValueError("source: it has nothing to rank")
     if groups is not None:
         results = _in_blocks(results, groups)
     if runs_of:
@@ -141,8 +139,8 @@ def leaderboard(
     columns = list(dict.fromkeys(result.column for result in results))
     if by is not None and by not in columns:
         raise ValueError(f"by: expected one of {', '.join(columns)}; got {by!r}")
-    found = standings(results, level=level, seed=seed)
-    return Leaderboard.of(found, notes(found, level=level, seed=seed), by=by, level=level)
+    ranked = standings(results, level=level, seed=seed)
+    return Leaderboard.of(ranked, notes(ranked, level=level, seed=seed), by=by, level=level)
 
 
 def _results(source: Any, max_size: float, context: Mapping[str, Any]) -> list[Result]:
@@ -150,41 +148,41 @@ def _results(source: Any, max_size: float, context: Mapping[str, Any]) -> list[R
         source = [source]
     if not isinstance(source, Iterable):
         raise TypeError(f"source: expected paths, records or reports, got {source!r}")
-    several = list(source)
-    paths = not isinstance(source, Mapping) and all(isinstance(one, str | PathLike) for one in several)
+    items = list(source)
+    paths = not isinstance(source, Mapping) and all(isinstance(item, str | PathLike) for item in items)
     if context and not paths:
-        raise ValueError(f"{next(iter(context))}: records and reports state their own; it is for files of samples")
+        raise ValueError(f"{next(iter(context))}: only for files of samples; records and reports state their own")
     if isinstance(source, Mapping):
         return [result_of_report(*named) for named in _reports(source)]
     if paths:
-        several = read_all([Path(one) for one in several], max_size=max_size, **context)
-    elif not all(isinstance(one, Mapping) for one in several):
-        raise TypeError(f"source: expected paths, or records, got {several!r:.200}")
-    return [result for record in several for result in results_of_record(record)]
+        items = read_all([Path(path) for path in items], max_size=max_size, **context)
+    elif not all(isinstance(item, Mapping) for item in items):
+        raise TypeError(f"source: expected paths, or records, got {items!r:.200}")
+    return [result for record in items for result in results_of_record(record)]
 
 
 def _in_blocks(results: Sequence[Result], groups: Any) -> list[Result]:
-    """Return results with other blocks of their sequences."""
+    """Return results with these blocks of sequences."""
     actions = list(dict.fromkeys(result.action for result in results))
     if not isinstance(groups, Mapping):
         if len(actions) > 1:
-            raise TypeError(f"groups: expected labels by action, of {', '.join(actions)}")
+            raise TypeError(f"groups: expected labels for each action: {', '.join(actions)}")
         groups = {actions[0]: groups}
     if unknown := [action for action in groups if action not in actions]:
-        raise ValueError(f"groups: no action is called {unknown[0]!r}; there are {', '.join(actions)}")
+        raise ValueError(f"groups: unknown action {unknown[0]!r}; expected one of {', '.join(actions)}")
     names = {action: f"groups: {action or 'all'}" for action in groups}
     labels_of = {action: each(names[action], labels, "labels") for action, labels in groups.items()}
-    known = {result.action for result in results if result.weight is not None}
-    if useless := [action for action in groups if action not in known]:
-        raise ValueError(f"{names[useless[0]]}: the single sequences of these numbers are not known")
-    found = []
+    with_sequences = {result.action for result in results if result.weight is not None}
+    if useless := [action for action in groups if action not in with_sequences]:
+        raise ValueError(f"{names[useless[0]]}: the values of single sequences are unknown")
+    regrouped = []
     for result in results:
         if result.weight is not None and result.action in groups:
             labels = read_groups(names[result.action], labels_of[result.action], len(result.weight))
-            Blocks(labels, result.weight)  # of which one has power
+            Blocks(labels, result.weight)  # checks that a block has power
             result = replace(result, groups=labels)
-        found.append(result)
-    return found
+        regrouped.append(result)
+    return regrouped
 
 
 def _reports(source: Mapping[Any, Any]) -> Iterator[tuple[str, str, Report]]:
@@ -193,22 +191,22 @@ def _reports(source: Mapping[Any, Any]) -> Iterator[tuple[str, str, Report]]:
         of_model = {"": reports} if isinstance(reports, Report) else reports
         if not isinstance(model, str) or not isinstance(of_model, Mapping):
             raise TypeError(
-                f"source: expected a report, or some by action, of each model, got {model!r}: {reports!r:.100}"
+                f"source: expected a report, or reports by action, for each model, got {model!r}: {reports!r:.100}"
             )
         for action, report in of_model.items():
             if not isinstance(action, str) or not isinstance(report, Report):
-                raise TypeError(f"source: expected reports by action, of {model!r} got {action!r}: {report!r:.100}")
+                raise TypeError(f"source: expected reports by action for {model!r}, got {action!r}: {report!r:.100}")
             yield model, action, report
 
 
 def _published(results: list[Result]) -> list[Result]:
-    """Return the published results that mean the same as some of those."""
+    """Return the published results that mean the same as some of `results`."""
     own = {(result.action, result.column): result.signature for result in results}
     records = published_rows.records() + published_rows.records(protocol="srnn-8-late")
     rows = [result for record in records for result in results_of_record(record)]
     same = [row for row in rows if own.get((row.action, row.column)) == row.signature]
     if not same:
-        alike = next((row for row in rows if (row.action, row.column) in own), rows[0])
-        mine = own.get((alike.action, alike.column), results[0].signature)
-        raise ValueError(f"published: no published number means the same as one of yours: {alike.signature} and {mine}")
+        closest = next((row for row in rows if (row.action, row.column) in own), rows[0])
+        mine = own.get((closest.action, closest.column), results[0].signature)
+        raise ValueError(f"published: no published number means the same as yours: {closest.signature} and {mine}")
     return same

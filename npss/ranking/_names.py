@@ -1,4 +1,4 @@
-"""Names of models: one line each, never empty, and such that two models are told apart."""
+"""Names of models: one line each, never empty, unique."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from pathlib import Path
 
 
 def one_line(name: str) -> str:
-    r"""Return a name without what would break the line of a table, or a file of text.
+    r"""Return a name without characters that would break a line of a table or a text file.
 
-    Control characters become blanks, and what a file system holds but UTF-8 does not becomes the replacement character.
+    Control characters become blanks; characters of a file system that UTF-8 lacks become the replacement character.
 
     Examples
     --------
@@ -29,7 +29,7 @@ def model_name(name: str) -> str:
     Raises
     ------
     ValueError
-        If nothing of it can be seen.
+        If the name has no visible character.
     """
     line = one_line(name)
     if not any(letter.isprintable() and not letter.isspace() for letter in line):
@@ -38,7 +38,7 @@ def model_name(name: str) -> str:
 
 
 def names_of_paths(paths: Iterable[Path], *, taken: Collection[str] = ()) -> dict[str, Path]:
-    """Name models by their paths: by the last part, and by as many before it as it takes to tell two apart.
+    """Name models by their paths: by the last part, and by as many parts before it as make the name unique.
 
     The last part is the name of a folder, or of a file without its suffix; ``MODEL/samples.h5`` is called ``MODEL``.
 
@@ -47,17 +47,17 @@ def names_of_paths(paths: Iterable[Path], *, taken: Collection[str] = ()) -> dic
     paths : iterable of Path
         A folder or a file for each model.
     taken : collection of str, optional
-        Names that mean something else: a path that ends so is named with the part before it.
+        Names with another meaning: a path with such an ending is named with the part before it.
 
     Returns
     -------
     dict of str to Path
-        By name, in the order of the paths.
+        Paths by name, in their order.
 
     Raises
     ------
     ValueError
-        If a path is there twice, or two differ in the suffix or in blanks alone.
+        If a path is a duplicate, or two paths differ only in the suffix or in blanks.
 
     Examples
     --------
@@ -66,25 +66,25 @@ def names_of_paths(paths: Iterable[Path], *, taken: Collection[str] = ()) -> dic
     >>> list(names_of_paths([Path("/mine/linear")], taken=["linear"]))
     ['mine/linear']
     """
-    found: dict[tuple[str, ...], Path] = {}
+    files: dict[tuple[str, ...], Path] = {}
     for path in paths:
         parts = _parts(path)
-        if parts in found:
-            raise ValueError(f"{path}: there is another file of a model {parts[-1]!r}, {found[parts]}")
-        found[parts] = path
-    lengths = dict.fromkeys(found, 1)
+        if parts in files:
+            raise ValueError(f"{path}: duplicate model {parts[-1]!r}, also in {files[parts]}")
+        files[parts] = path
+    lengths = dict.fromkeys(files, 1)
     while True:
         names = {parts: "/".join(parts[-length:]) for parts, length in lengths.items()}
         count = Counter([*names.values(), *taken])
-        alike = [parts for parts, name in names.items() if count[name] > 1]
-        if not alike:
-            return {name: found[parts] for parts, name in names.items()}
-        for parts in alike:
+        duplicates = [parts for parts, name in names.items() if count[name] > 1]
+        if not duplicates:
+            return {name: files[parts] for parts, name in names.items()}
+        for parts in duplicates:
             lengths[parts] += 1
 
 
 def _parts(path: Path) -> tuple[str, ...]:
-    """Return the parts of the absolute path of a model; links are named as they are, not as what they point to."""
+    """Return the parts of the absolute path of a model; a link keeps its name."""
     whole = Path(os.path.abspath(path))  # noqa: PTH100 - resolve() follows links
     if not path.is_dir():
         whole = whole.parent if whole.stem == "samples" else whole.with_suffix("")

@@ -1,4 +1,4 @@
-"""A leaderboard as text, Markdown, LaTeX or HTML: a table for each action, models by rank, notes below."""
+"""Leaderboards as text, Markdown, LaTeX or HTML: a table per action, models by rank, notes below."""
 
 from __future__ import annotations
 
@@ -38,36 +38,36 @@ Cells = dict[tuple[str, bool, str], Standing]
 
 
 class Table(NamedTuple):
-    """The part of a leaderboard that is of one action."""
+    """The table of one action."""
 
     action: str
-    columns: dict[str, str]  # with what their headings have room for; the notes say the rest
-    timed: frozenset[str]  # the columns that are of a time
-    by: str  # the column by which models are ranked and sorted
-    models: list[tuple[str, bool]]  # best first, then the published ones; with whether published
+    columns: dict[str, str]  # columns and their short headings; the notes say the rest
+    timed: frozenset[str]  # columns of single times
+    by: str  # column by which models are ranked and sorted
+    models: list[tuple[str, bool]]  # best first, then published ones; and whether published
     cells: Cells
     signatures: list[str]
 
     def only(self, *, timed: bool) -> Table:
-        """Return the columns that are of a time, or the others, and the models that have some of them."""
+        """Keep the columns of single times, or the others, and the models with numbers in them."""
         columns = {column: short for column, short in self.columns.items() if (column in self.timed) == timed}
         models = [model for model in self.models if any((*model, column) in self.cells for column in columns)]
         return self._replace(columns=columns, models=models)
 
     def rank(self, model: str, published: bool) -> str:
-        """Return the rank as text; nothing for a model that has none."""
+        """Return the rank as text; empty if a model has none."""
         cell = self.cells.get((model, published, self.by))
         return "" if cell is None or cell.rank is None else str(cell.rank)
 
     def row(self, model: str, published: bool, cell: Callable[[Standing], str]) -> list[str]:
-        """Return the model's cells, written by a function; missing ones are empty."""
-        found = (self.cells.get((model, published, column)) for column in self.columns)
-        return ["" if standing is None else cell(standing) for standing in found]
+        """Return the cells of a model, each written by `cell`; missing ones are empty."""
+        standings = (self.cells.get((model, published, column)) for column in self.columns)
+        return ["" if standing is None else cell(standing) for standing in standings]
 
 
 def tables(standings: Sequence[Standing], by: str | None = None) -> list[Table]:
-    """Sort standings into tables, one for each action, by a column (the first one where the action has not that)."""
-    found = []
+    """Sort standings into one table per action, by a column (by the first one if the action lacks it)."""
+    parts = []
     single = len(timed_headings(standings)) == 1
     for action in dict.fromkeys(standing.result.action for standing in standings):
         of_action = [standing for standing in standings if standing.result.action == action]
@@ -83,8 +83,8 @@ def tables(standings: Sequence[Standing], by: str | None = None) -> list[Table]:
 
         models = sorted(dict.fromkeys(key[:2] for key in cells), key=place)
         signatures = list(dict.fromkeys(result.signature for result in results))
-        found.append(Table(action, columns, timed, chosen, models, cells, signatures))
-    return found
+        parts.append(Table(action, columns, timed, chosen, models, cells, signatures))
+    return parts
 
 
 def to_text(
@@ -95,7 +95,7 @@ def to_text(
     digits: int | None = None,
     markdown: bool = False,
 ) -> str:
-    """Write the tables for a terminal (the best of a column marked ``*``) or in Markdown (in bold)."""
+    """Write the tables as text, the best of a column marked ``*``, or in Markdown, the best in bold."""
     escaped = markdown_text if markdown else str
 
     def cell(standing: Standing) -> str:
@@ -103,20 +103,20 @@ def to_text(
         if standing.best:
             value = f"**{value}**" if markdown else f"{value}*"
         value += MARK if standing.worse else "" if markdown else " " * (not standing.best)
-        # Those of many times would make a table too wide to be read as text.
+        # Intervals at many times would make the table too wide for text.
         ends = "" if standing.result.time else _ends(standing, digits)
         return value + (f" ({ends})" if ends else "")
 
     parts = []
-    for one in tables(standings, by):
-        rows = [[one.rank(*model), escaped(_name(*model)), *one.row(*model, cell)] for model in one.models]
-        heading = escaped(f"{one.action or 'all'} (ranked by {one.by})")
+    for part in tables(standings, by):
+        rows = [[part.rank(*model), escaped(_name(*model)), *part.row(*model, cell)] for model in part.models]
+        heading = escaped(f"{part.action or 'all'} (ranked by {part.by})")
         parts.append(f"### {heading}" if markdown else heading)
-        columns = [escaped(short) for short in one.columns.values()]
+        columns = [escaped(short) for short in part.columns.values()]
         align = "rl" + "r" * len(columns)
         parts.append(table(["rank", "model", *columns], rows, align, markdown=markdown))
-        parts.append("\n".join(f"{markdown_code(s)}  " if markdown else f"    {s}" for s in one.signatures))
-    hidden = timed_headings(one for one in standings if one.low is not None)
+        parts.append("\n".join(f"{markdown_code(s)}  " if markdown else f"    {s}" for s in part.signatures))
+    hidden = timed_headings(standing for standing in standings if standing.low is not None)
     lines = [*notes, *(f"Intervals of the {heading}: in HTML and CSV." for heading in hidden), CITE]
     parts.append("\n".join(f"- {escaped(line)}" if markdown else line for line in lines))
     return "\n\n".join(parts)
@@ -125,7 +125,7 @@ def to_text(
 def to_latex(
     standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int | None = None
 ) -> str:
-    """Write the tables as LaTeX, for the package booktabs: the best of a column in bold, intervals below."""
+    """Write the tables in LaTeX, with the package booktabs: the best of a column in bold, intervals below."""
 
     def cell(standing: Standing) -> str:
         value = _value(standing, digits)
@@ -137,40 +137,40 @@ def to_latex(
         return f"{{\\tiny {ends}}}" if ends else ""
 
     parts = ["% needs \\usepackage{booktabs}"]
-    for one in tables(standings, by):
+    for part in tables(standings, by):
         lines = [
             r"\begin{table}",
             r"\centering\footnotesize\setlength{\tabcolsep}{2pt}",
-            f"\\caption{{{_latex(one.action or 'All')}, ranked by {_latex(one.by)}: "
-            f"{_latex(direction(higher_headings(one.cells.values())))}, best in bold, "
-            f"{_latex(MARK)} worse than the best by more than chance}}",
+            f"\\caption{{{_latex(part.action or 'All')}, ranked by {_latex(part.by)}: "
+            f"{_latex(direction(higher_headings(part.cells.values())))}, best in bold, "
+            f"{_latex(MARK)} significantly worse than the best}}",
         ]
-        # NPSS and the Euler error one below the other, as papers print them: side by side they are wider than a page.
-        for group in (one.only(timed=False), one.only(timed=True)):
+        # NPSS above the Euler error, as papers print them: side by side they are wider than a page.
+        for group in (part.only(timed=False), part.only(timed=True)):
             if group.columns:
                 lines += _tabular(group, cell, below)
         lines.append(r"\scriptsize\raggedright")
-        lines += [f"\\texttt{{{_latex(signature, breaks=True)}}}\\par" for signature in one.signatures]
-        italic = ["In italics: published."] if any(published for _, published in one.models) else []
+        lines += [f"\\texttt{{{_latex(signature, breaks=True)}}}\\par" for signature in part.signatures]
+        italic = ["In italics: published."] if any(published for _, published in part.models) else []
         lines += [*(_latex(line) for line in (*notes, *italic, CITE)), r"\end{table}"]
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
 
 
-def _tabular(one: Table, cell: Callable[[Standing], str], below: Callable[[Standing], str]) -> list[str]:
-    """Return the lines of a table in LaTeX, each model's cells and what stands below them."""
+def _tabular(part: Table, cell: Callable[[Standing], str], below: Callable[[Standing], str]) -> list[str]:
+    """Return the lines of a table in LaTeX, with intervals below the cells of each model."""
     lines = [
-        f"\\begin{{tabular}}{{rl{'r' * len(one.columns)}}}",
+        f"\\begin{{tabular}}{{rl{'r' * len(part.columns)}}}",
         r"\toprule",
-        " & ".join(["rank", "model", *map(_latex, one.columns.values())]) + r" \\",
+        " & ".join(["rank", "model", *map(_latex, part.columns.values())]) + r" \\",
         r"\midrule",
     ]
-    for place, (model, published) in enumerate(one.models):
-        if published and place and not one.models[place - 1][1]:
+    for place, (model, published) in enumerate(part.models):
+        if published and place and not part.models[place - 1][1]:
             lines.append(r"\midrule")
         name = f"\\textit{{{_latex(model)}}}" if published else _latex(model)
-        lines.append(" & ".join([one.rank(model, published), name, *one.row(model, published, cell)]) + r" \\")
-        if any(ends := one.row(model, published, below)):
+        lines.append(" & ".join([part.rank(model, published), name, *part.row(model, published, cell)]) + r" \\")
+        if any(ends := part.row(model, published, below)):
             lines.append(" & ".join(["", "", *ends]) + r" \\")
     return [*lines, r"\bottomrule", r"\end{tabular}", r"\par\medskip"]
 
@@ -178,7 +178,7 @@ def _tabular(one: Table, cell: Callable[[Standing], str], below: Callable[[Stand
 def to_html(
     standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int | None = None
 ) -> str:
-    """Write the tables as a fragment of HTML, with the signatures and notes below."""
+    """Write the tables as an HTML fragment, with signatures and notes below."""
     signatures = dict.fromkeys(standing.result.signature for standing in standings)
     items = "".join(f"<li><code>{html.escape(signature)}</code></li>" for signature in signatures)
     lines = "".join(f"<li>{html.escape(line)}</li>" for line in [*notes, CITE])
@@ -187,7 +187,7 @@ def to_html(
 
 
 def html_tables(standings: Sequence[Standing], *, by: str | None = None, digits: int | None = None) -> list[str]:
-    """Write each table as HTML, every interval below its number."""
+    """Write each table in HTML, with intervals below the numbers."""
 
     def cell(standing: Standing) -> str:
         value = _value(standing, digits)
@@ -197,15 +197,15 @@ def html_tables(standings: Sequence[Standing], *, by: str | None = None, digits:
         return f"<td>{value}{mark}" + (f"<br><small>{interval}</small>" if interval else "") + "</td>"
 
     parts = []
-    for one in tables(standings, by):
-        heading = "".join(f'<th scope="col">{html.escape(short)}</th>' for short in one.columns.values())
+    for part in tables(standings, by):
+        heading = "".join(f'<th scope="col">{html.escape(short)}</th>' for short in part.columns.values())
         rows = []
-        for model in one.models:
-            cells = "".join(text or "<td></td>" for text in one.row(*model, cell))
+        for model in part.models:
+            cells = "".join(text or "<td></td>" for text in part.row(*model, cell))
             style = ' class="published"' if model[1] else ""
             name = html.escape(_name(*model))
-            rows.append(f'<tr{style}><th scope="row">{name}</th><td>{one.rank(*model)}</td>{cells}</tr>')
-        caption = html.escape(f"{one.action or 'All'}, ranked by {one.by}")
+            rows.append(f'<tr{style}><th scope="row">{name}</th><td>{part.rank(*model)}</td>{cells}</tr>')
+        caption = html.escape(f"{part.action or 'All'}, ranked by {part.by}")
         parts.append(
             f'<table class="board"><caption>{caption}</caption>'
             f'<thead><tr><th scope="col">model</th><th scope="col">rank</th>{heading}</tr></thead>'
@@ -219,14 +219,14 @@ def _name(model: str, published: bool) -> str:
 
 
 def _digits(standing: Standing, digits: int | None) -> int:
-    """Return the decimal places: what was asked for, what the metric has, or three."""
+    """Return the decimal places: as given, those of the metric, or three."""
     if digits is None:
         digits = standing.result.digits
     return 3 if digits is None else digits
 
 
 def _ends(standing: Standing, digits: int | None) -> str:
-    """Return what stands beside a value: the ends of its interval or range, and what is known besides."""
+    """Return the text beside a value: its interval or range, the score in blocks, wins, and seeds."""
     if standing.low is None or standing.high is None:
         return ""
     digits = _digits(standing, digits)
@@ -242,7 +242,7 @@ def _ends(standing: Standing, digits: int | None) -> str:
 
 
 def _value(standing: Standing, digits: int | None) -> str:
-    """Return a value rounded; a published one with no more digits than were published, which are two at least."""
+    """Round a value; a published one to the digits that were published, at least two."""
     digits = _digits(standing, digits)
     if standing.result.source:
         digits = min(digits, max(2, len(str(standing.result.value).partition(".")[2])))
@@ -250,7 +250,7 @@ def _value(standing: Standing, digits: int | None) -> str:
 
 
 def _latex(text: str, *, breaks: bool = False) -> str:
-    """Escape text; `breaks` is for typewriter type, and lets lines be broken after each ``|``."""
+    """Escape text; `breaks`, for typewriter type, allows line breaks after each ``|``."""
     escaped = "".join(_LATEX.get(letter, letter) for letter in text)
     escaped = re.sub("-(?=-)", "-{}", escaped).replace("–", "--").replace("∞", r"$\infty$")
     return escaped.replace(_LATEX["|"], r"|\allowbreak{}") if breaks else escaped

@@ -1,4 +1,4 @@
-"""Numbers of models, read from records and reports: what leaderboards rank. Nothing is taken on trust."""
+"""Results: the numbers that leaderboards rank, read from records and reports and checked."""
 
 from __future__ import annotations
 
@@ -28,48 +28,48 @@ class Result:
     model: str
     action: str
     column: str  # such as "NPSS paper" or "Euler error 80 ms"
-    heading: str = NPSS.heading  # of the metric
-    time: str = ""  # such as "80 ms", of a metric that has a column for each time
+    heading: str = NPSS.heading  # heading of the metric
+    time: str = ""  # such as "80 ms", for a metric with a column for each time
     unit: str = ""
-    digits: int | None = None  # in tables; None: as many as the table has
+    digits: int | None = None  # in tables; None: the default of the table
     lower_is_better: bool = True
     value: float
     signature: str
-    numerator: Float64 | None = None  # (N,); what each sequence adds to the weighted mean that the value is
+    numerator: Float64 | None = None  # (N,); the terms of the weighted mean
     weight: Float64 | None = None  # (N,)
-    fingerprint: Float64 | None = None  # (N, 9), of the ground truth; (N,) of statistics version 1
-    groups: Groups = None  # the blocks of the sequences; None: each is assumed to be its own
-    source: str = ""  # where a published number is from; empty for one's own
-    seeds: tuple[float, ...] = ()  # of a method: the number of each trained run, of which the value is the mean
+    fingerprint: Float64 | None = None  # (N, 9), of the ground truth; (N,) in statistics version 1
+    groups: Groups = None  # blocks of the sequences; None: each is assumed to be its own
+    source: str = ""  # source of a published number, otherwise empty
+    seeds: tuple[float, ...] = ()  # the number of each run of a method; the value is their mean
 
     @property
     def loss(self) -> float:
-        """A number of which less is better."""
+        """The value with a sign that makes lower better."""
         return self.value if self.lower_is_better else -self.value
 
     @property
     def blocks(self) -> Blocks | None:
-        """The blocks of the sequences, where they are known."""
+        """The blocks of the sequences, if known."""
         return None if self.weight is None else Blocks(self.groups, self.weight)
 
     @property
     def label(self) -> str:
-        """What tables call the model."""
+        """The name of the model in tables."""
         return f"{self.model} (published)" if self.source else self.model
 
 
 def results_of_record(record: Record) -> list[Result]:
-    """Read the numbers of a record, as `npss.records.measure` returns it, with ``model`` and ``action``.
+    """Read the numbers of a record from `npss.records.measure`, with ``model`` and ``action``.
 
     Raises
     ------
     ValueError
-        If a field is missing or not what it should be, a number is negative or not finite, or the single sequences
-        do not have the score as their weighted mean: names the model, the action and the field.
+        If a field is missing or invalid, a number is negative or not finite, or the weighted mean of the single
+        sequences is not the score; names the model, the action and the field.
     """
     for field in ("model", "action", "signature"):
         if not isinstance(record.get(field), str):
-            raise ValueError(f"records: expected a text {field!r} in each, got {record.get(field)!r:.100}")
+            raise ValueError(f"records: expected text as {field!r} in each, got {record.get(field)!r:.100}")
     try:
         return list(_results(record))
     except (TypeError, ValueError) as error:
@@ -102,7 +102,7 @@ def _results(record: Record) -> Iterator[Result]:
         parts: dict[str, Any] = {} if score is None else _parts(field, number, score, weight, fingerprint)
         if parts:
             parts["groups"] = read_groups("sequences: groups", alone.get("groups"), len(parts["weight"]))
-            Blocks(parts["groups"], parts["weight"])  # of which one has power
+            Blocks(parts["groups"], parts["weight"])  # checks that a block has power
         return Result(**named, **parts, **traits, column=column, value=number, signature=which)
 
     for name, value in _object("npss", record.get("npss", {})).items():
@@ -118,32 +118,32 @@ def _results(record: Record) -> Iterator[Result]:
     for time, value in _object("euler_error", record.get("euler_error", {})).items():
         error, weight = errors.get(time), None
         which, column = signature_of(record, EULER_ERROR.name), EULER_ERROR.column(at_ms=time)
-        if isinstance(error, list):  # in which a sequence that stands still is null, and does not count
-            weight = [float(one is not None) for one in error]
-            error = [0.0 if one is None else one for one in error]
+        if isinstance(error, list):  # a still sequence is null and does not count
+            weight = [float(value is not None) for value in error]
+            error = [0.0 if value is None else value for value in error]
         traits = {**_traits(EULER_ERROR), "time": f"{time} ms"}
         yield result(f"euler_error: {time}", column, value, which, error, weight, **traits)
     others, signatures = (_object("sequences: metrics", alone.get("metrics", {})), record.get("signatures", {}))
     for name, value in _object("metrics", record.get("metrics", {})).items():
         metric = metric_of_column(name)
         if not name or name != one_line(name) or metric in (NPSS, EULER_ERROR):
-            raise ValueError(f"metrics: {name!r} is no name for another metric")
-        stated = _object("signatures", signatures).get(name)
-        if not isinstance(stated, str):
-            raise ValueError(f"signatures: expected that of {name!r}, got {stated!r:.100}")
-        meaning, other = parse_signature(stated), others.get(name)
+            raise ValueError(f"metrics: {name!r} is not a valid name for another metric")
+        signature = _object("signatures", signatures).get(name)
+        if not isinstance(signature, str):
+            raise ValueError(f"signatures: expected one for {name!r}, got {signature!r:.100}")
+        meaning, other = parse_signature(signature), others.get(name)
         if metric is not None and metric.name != meaning["metric"]:
-            raise ValueError(f"metrics: {name!r} is a column of {metric.name!r}, and its signature is {stated}")
+            raise ValueError(f"metrics: {name!r} is a column of {metric.name!r}, but its signature is {signature}")
         weight = None if other is None else [1.0] * len(_list(f"sequences: metrics: {name}", other))
         traits = _traits(metric) or {"heading": name}
         traits["lower_is_better"] = meaning.get("better") != "higher"
         if name.endswith(suffix := f" {meaning.get('at_ms')} ms"):
             traits |= {"heading": name.removesuffix(suffix), "time": suffix.strip()}
-        yield result(f"metrics: {name}", name, value, stated, other, weights.get(name, weight), **traits)
+        yield result(f"metrics: {name}", name, value, signature, other, weights.get(name, weight), **traits)
 
 
 def _traits(metric: Metric | None) -> dict[str, Any]:
-    """Return what tables have to know of a metric."""
+    """Return the fields of a metric that tables need."""
     return {} if metric is None else {name: getattr(metric, name) for name in ("heading", "unit", "digits")}
 
 
@@ -177,13 +177,13 @@ def _number(field: str, value: object, *, least: float = 0) -> float:
     except OverflowError:
         number = math.inf
     if not (math.isfinite(number) and number >= least):
-        what = "a finite number" if least < 0 else "a finite number that is not negative"
-        raise ValueError(f"{field}: expected {what}, got {value!r:.100}")
+        expected = "a finite number" if least < 0 else "a finite number that is not negative"
+        raise ValueError(f"{field}: expected {expected}, got {value!r:.100}")
     return number
 
 
 def _fingerprint(value: object, version: int) -> Float64:
-    """Read the fingerprint of a ground truth: a list of each sequence, or a number in records of version 1."""
+    """Read the fingerprint of a ground truth: a list for each sequence, or a number in records of version 1."""
     field = "sequences: fingerprint"
     if version == 1:
         return _list(field, value)
@@ -191,8 +191,8 @@ def _fingerprint(value: object, version: int) -> Float64:
         raise ValueError(f"{field}: expected a list for each sequence, got {value!r:.100}")
     for row in value:
         if not isinstance(row, list) or len(row) != 1 + PROJECTIONS:
-            raise ValueError(f"{field}: expected {1 + PROJECTIONS} numbers of each sequence, got {row!r:.100}")
-    numbers = np.array([[_number(field, one, least=-math.inf) for one in row] for row in value])
+            raise ValueError(f"{field}: expected {1 + PROJECTIONS} numbers for each sequence, got {row!r:.100}")
+    numbers = np.array([[_number(field, number, least=-math.inf) for number in row] for row in value])
     if (numbers[:, 0] < 0).any():
         raise ValueError(f"{field}: a norm is negative")
     return numbers
@@ -205,7 +205,7 @@ def _list(field: str, values: object) -> Float64:
 
 
 def _parts(field: str, value: float, score: object, weight: object, fingerprint: Float64 | None) -> dict[str, Any]:
-    """Read what each sequence adds to a number, and make sure that it is the number's."""
+    """Read the terms and weights of single sequences, and check that their weighted mean is the number."""
     scores, weights = _list(f"sequences: {field}", score), _list(f"sequences: weight of {field}", weight)
     lengths = {len(scores), len(weights)} | (set() if fingerprint is None else {len(fingerprint)})
     if len(lengths) > 1:
@@ -215,5 +215,5 @@ def _parts(field: str, value: float, score: object, weight: object, fingerprint:
     if not (
         math.isfinite(total) and total > 0 and math.isclose(numerator.sum() / total, value, rel_tol=1e-6, abs_tol=1e-9)
     ):
-        raise ValueError(f"sequences: the weighted mean of {field} is not the {value} that the record states")
+        raise ValueError(f"sequences: the weighted mean of {field} is not {value}, which the record states")
     return {"numerator": numerator, "weight": weights, "fingerprint": fingerprint}

@@ -1,4 +1,4 @@
-"""Who is better than whom: scores of models side by side, with what chance alone may have done."""
+"""Standings: ranks, p-values and ties."""
 
 from __future__ import annotations
 
@@ -19,41 +19,41 @@ from npss._metric.registry import EULER_ERROR, direction
 from npss.ranking._results import Result
 from npss.validation import Float64, Seed
 
-_SAME_WEIGHT = 0.01  # files hold ground truth in various precision
-#: What marks a number that is worse than the best by more than chance.
+_SAME_WEIGHT = 0.01  # files hold ground truth in various precisions
+#: The mark of a number significantly worse than the best.
 MARK = "†"
-#: How it is told, in words that a table can print.
+#: The test behind it, as text for a table.
 TEST = "paired sign-flip test over blocks, Holm's correction over all pairs of a column"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Standing:
-    """A result among the others of its action and column."""
+    """A result and its rank among those of the same action and column."""
 
     result: Result
-    low: float | None = None  # of a confidence interval; of few blocks, of their range
+    low: float | None = None  # lower end of the interval, or of the range if there are few blocks
     high: float | None = None
     is_range: bool = False
-    in_blocks: float | None = None  # the score of the sequences that are in blocks, where some are left out
-    behind: tuple[int, int] | None = None  # in how many of how many blocks the best is better
-    rank: int | None = None  # 1 + how many models are better; None for published numbers
+    in_blocks: float | None = None  # score of the sequences in blocks, if some are in none
+    behind: tuple[int, int] | None = None  # number of blocks in which the best is better, and number of blocks
+    rank: int | None = None  # 1 + number of better models; None for published numbers
     best: bool = False
-    worse: bool = False  # than the best, by more than chance
-    p_value: float | None = None  # of the difference from the best, corrected for how many models there are
+    worse: bool = False  # significantly worse than the best
+    p_value: float | None = None  # of the difference from the best, corrected for the number of models
 
 
 def standings(results: Sequence[Result], *, level: float = 0.95, seed: Seed = 0) -> list[Standing]:
-    """Rank results among those of the same action and column, each with its interval.
+    """Rank results within each action and column, each with its interval.
 
     Raises
     ------
     ValueError
-        If two of them are numbers of different meaning, of different ground truth, or of the same model.
+        If two results differ in meaning or ground truth, or belong to the same model.
     """
     checked_level(level)
     published = {result.label for result in results if result.source}
-    if alike := [result.model for result in results if not result.source and result.model in published]:
-        raise ValueError(f"{alike[0]!r} is what a published model is called; call your own something else")
+    if taken := [result.model for result in results if not result.source and result.model in published]:
+        raise ValueError(f"{taken[0]!r} is the name of a published model; rename yours")
     check_truths(results)
     columns: dict[tuple[str, str], list[Result]] = {}
     for result in results:
@@ -72,34 +72,34 @@ def _column(results: list[Result], level: float, seed: Seed) -> list[Standing]:
             )
     ranked = [result for result in results if not result.source]
     names = [result.label for result in results]
-    if twice := [name for name in names if names.count(name) > 1]:
-        raise ValueError(f"{where}: {twice[0]!r} is there twice")
+    if duplicates := [name for name in names if names.count(name) > 1]:
+        raise ValueError(f"{where}: duplicate model {duplicates[0]!r}")
     _check_blocks(ranked, where)
     spans = _intervals(ranked, level, seed)
     p_values = _p_values(ranked, seed)
     leader = min(ranked, key=lambda result: result.loss, default=None)
     sign = 1 if first.lower_is_better else -1
 
-    def better(one: Result, other: Result) -> bool:
-        """Say whether a value is better by more than chance; by more than rounding, where chance is not known."""
-        pair = frozenset((one.model, other.model))
+    def better(first: Result, second: Result) -> bool:
+        """Return whether a value is significantly better; without a test, whether it is better beyond rounding."""
+        pair = frozenset((first.model, second.model))
         if pair not in p_values:
-            return one.loss < other.loss and not tied(one.value, other.value)
+            return first.loss < second.loss and not tied(first.value, second.value)
         p_value = p_values[pair]
         if p_value is None or p_value > 1 - level:
             return False
-        return sign * _score_in_blocks(one) < sign * _score_in_blocks(other)
+        return sign * _score_in_blocks(first) < sign * _score_in_blocks(second)
 
-    found = []
+    column = []
     for result in results:
         if result.source or leader is None:
-            found.append(Standing(result=result))
+            column.append(Standing(result=result))
             continue
         ahead = [other for other in ranked if better(other, result)]
         p_value = p_values.get(frozenset((result.model, leader.model)))
         blocks = result.blocks
         low, high = spans.get(result.model, (None, None))
-        found.append(
+        column.append(
             Standing(
                 result=result,
                 low=low,
@@ -113,45 +113,46 @@ def _column(results: list[Result], level: float, seed: Seed) -> list[Standing]:
                 p_value=p_value,
             )
         )
-    return found
+    return column
 
 
 def _check_blocks(results: Sequence[Result], where: str) -> None:
-    """Raise the ValueError that names two models that differ in the number of sequences, or in their blocks."""
-    known = [result for result in results if result.weight is not None]
-    sizes = [np.asarray(result.weight).size for result in known]
-    for other, size in zip(known[1:], sizes[1:], strict=True):
-        if size != sizes[0]:  # of which fingerprints tell, where there are some
+    """Raise a ValueError that names two models if they differ in the number, weights or blocks of sequences."""
+    weighted = [result for result in results if result.weight is not None]
+    sizes = [np.asarray(result.weight).size for result in weighted]
+    for other, size in zip(weighted[1:], sizes[1:], strict=True):
+        first = weighted[0]
+        if size != sizes[0]:  # fingerprints show this, if there are any
             raise ValueError(
-                f"{where}: {known[0].model!r} and {other.model!r} are of {sizes[0]} and {size} sequences, so they "
-                "cannot be compared"
+                f"{where}: {first.model!r} and {other.model!r} have {sizes[0]} and {size} sequences, so they cannot be "
+                "compared"
             )
-        weight, expected = np.asarray(other.weight), np.asarray(known[0].weight)
+        weight, expected = np.asarray(other.weight), np.asarray(first.weight)
         if not np.allclose(weight, expected, rtol=_SAME_WEIGHT, atol=_SAME_WEIGHT * expected.max()):
             raise ValueError(
-                f"{where}: {known[0].model!r} and {other.model!r} have sequences of different weights, so they cannot "
-                "be compared: weights may depend on the ground truth alone"
+                f"{where}: {first.model!r} and {other.model!r} have sequences of different weights, so they cannot be "
+                "compared: weights must depend on the ground truth alone"
             )
-        if other.groups != known[0].groups:
+        if other.groups != first.groups:
             raise ValueError(
-                f"{where}: {known[0].model!r} and {other.model!r} were scored in different blocks ({known[0].blocks}; "
+                f"{where}: {first.model!r} and {other.model!r} were scored in different blocks ({first.blocks}; "
                 f"{other.blocks}), so they cannot be compared: measure them again, or give groups"
             )
 
 
 def _intervals(results: Sequence[Result], level: float, seed: Seed) -> dict[str, tuple[float, float]]:
-    """Return the interval of each model of which the sequences are known; the same blocks are drawn for all."""
-    known = [result for result in results if result.numerator is not None]
-    if not known:
+    """Return the interval of each model with single sequences; the same blocks are drawn for all."""
+    weighted = [result for result in results if result.numerator is not None]
+    if not weighted:
         return {}
-    numerators = np.stack([np.asarray(result.numerator) for result in known])
-    weights = np.stack([np.asarray(result.weight) for result in known])
-    low, high = ends(numerators, weights, Blocks(known[0].groups, weights), level=level, seed=seed)
-    return {result.model: (float(low[i]), float(high[i])) for i, result in enumerate(known)}
+    numerators = np.stack([np.asarray(result.numerator) for result in weighted])
+    weights = np.stack([np.asarray(result.weight) for result in weighted])
+    low, high = ends(numerators, weights, Blocks(weighted[0].groups, weights), level=level, seed=seed)
+    return {result.model: (float(low[i]), float(high[i])) for i, result in enumerate(weighted)}
 
 
 def _score_in_blocks(result: Result) -> float:
-    """Return the value of the sequences that are in blocks."""
+    """Return the value of the sequences in blocks."""
     blocks = result.blocks
     if blocks is None or not blocks.left_out:
         return result.value
@@ -159,7 +160,7 @@ def _score_in_blocks(result: Result) -> float:
 
 
 def _difference(one: Result, other: Result) -> tuple[Float64, Float64] | None:
-    """Return what each block adds to the difference, and to the weight; None where the sequences are not known."""
+    """Return what each block adds to the difference and to the weight; None without single sequences."""
     if one.numerator is None or other.numerator is None or one.weight is None:
         return None
     blocks = Blocks(one.groups, one.weight)
@@ -177,21 +178,21 @@ def _behind(result: Result, leader: Result) -> tuple[int, int] | None:
 
 
 def _p_values(results: Sequence[Result], seed: Seed) -> dict[frozenset[str], float | None]:
-    """Return the p-value of every two results of which the sequences are known, by Holm's correction.
+    """Return the p-value of each pair of results with single sequences, by Holm's correction.
 
-    None, of fewer blocks than can show a difference.
+    It is None with fewer blocks than can show a difference.
     """
-    found: dict[frozenset[str], float | None] = {}
+    p_values: dict[frozenset[str], float | None] = {}
     for one, other in combinations(results, 2):
         if parts := _difference(one, other):
             enough = len(parts[0]) >= MIN_BLOCKS_OF_TEST
-            found[frozenset((one.model, other.model))] = sign_flips(*parts, seed=seed).p_value() if enough else None
-    tested = {pair: p_value for pair, p_value in found.items() if p_value is not None}
-    return found | dict(zip(tested, holm(list(tested.values())), strict=True))
+            p_values[frozenset((one.model, other.model))] = sign_flips(*parts, seed=seed).p_value() if enough else None
+    tested = {pair: p_value for pair, p_value in p_values.items() if p_value is not None}
+    return p_values | dict(zip(tested, holm(list(tested.values())), strict=True))
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """Correct p-values of several tests, such that with no true difference, none is found but by chance of the level.
+    """Correct p-values of several tests for the chance of any false difference.
 
     References
     ----------
@@ -207,64 +208,67 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def check_truths(results: Iterable[Result]) -> None:
-    """Raise the ValueError that names two models which were scored on different ground truth."""
+    """Raise a ValueError that names two models if they were scored on different ground truth."""
     seen: dict[str, Result] = {}
     for result in results:
         if result.fingerprint is None:
             continue
         first = seen.setdefault(result.action, result)
-        known = np.asarray(first.fingerprint)
-        if len(known) != len(result.fingerprint):
-            what = f"{len(known)} and {len(result.fingerprint)} sequences"
-        elif known.ndim != result.fingerprint.ndim:
+        fingerprint = np.asarray(first.fingerprint)
+        if len(fingerprint) != len(result.fingerprint):
+            difference = f"{len(fingerprint)} and {len(result.fingerprint)} sequences"
+        elif fingerprint.ndim != result.fingerprint.ndim:
             raise ValueError(
                 f"{result.action or 'all'}: {first.model!r} and {result.model!r} cannot be compared: an older npss "
-                "measured one of them, and ground truths have other fingerprints since; measure it anew"
+                "measured one of them, with other fingerprints of ground truths; measure it again"
             )
-        elif (other := differing(known, result.fingerprint)).any():
-            what = f"sequence {int(other.argmax())} differs"
+        elif (other := differing(fingerprint, result.fingerprint)).any():
+            difference = f"sequence {int(other.argmax())} differs"
         else:
             continue
         raise ValueError(
             f"{result.action or 'all'}: {first.model!r} and {result.model!r} were scored on different ground truth "
-            f"({what}), so they cannot be compared"
+            f"({difference}), so they cannot be compared"
         )
 
 
-def notes(found: Sequence[Standing], *, level: float = 0.95, seed: Seed = 0) -> list[str]:
-    """Say in words how intervals, marks and ranks were made, and where chance cannot be told from difference."""
-    own = [standing for standing in found if not standing.result.source]
+def notes(standings: Sequence[Standing], *, level: float = 0.95, seed: Seed = 0) -> list[str]:
+    """Explain intervals, marks and ranks, and say which blocks are too few to show a difference."""
+    own = [standing for standing in standings if not standing.result.source]
     tested = [standing for standing in own if standing.result.weight is not None]
-    sources = dict.fromkeys(standing.result.source for standing in found if standing.result.source)
-    aside = " of one's own" if sources else ""
-    better = direction(higher_headings(found))
-    lines = [f"{better[0].upper()}{better[1:]}. In bold, or with *: the best{aside} of a column."]
-    lines += _units(found)
+    sources = dict.fromkeys(standing.result.source for standing in standings if standing.result.source)
+    best = "best unpublished" if sources else "best"
+    better = direction(higher_headings(standings))
+    lines = [f"{better[0].upper()}{better[1:]}. In bold, or with *: the {best} number of a column."]
+    lines += _units(standings)
     if tested:
-        lines += _of_chance(tested, aside, level, seed)
+        lines += _inference(tested, best, level, seed)
     lines += _still(tested)
     if any(standing.result.weight is None for standing in own):
-        lines.append("Without intervals: numbers of which the single sequences are not known; ranked by value.")
-    for method, n in dict.fromkeys((one.result.model, len(one.result.seeds)) for one in own if one.result.seeds):
-        lines.append(f"{method}: the mean of {n} seeds; after 'seeds', the lowest and the highest of them.")
+        lines.append("Without intervals: numbers without single sequences; ranked by value.")
+    methods = dict.fromkeys((standing.result.model, len(standing.result.seeds)) for standing in own)
+    for method, n in methods:
+        if n:
+            lines.append(f"{method}: the mean of {n} seeds; after 'seeds', the lowest and the highest of them.")
     if sources:
         lines.append(f"Published numbers, not ranked: {'; '.join(sources)}.")
     return lines
 
 
-def higher_headings(found: Iterable[Standing]) -> list[str]:
-    """Return the headings of the metrics of which higher is better."""
-    return list(dict.fromkeys(one.result.heading for one in found if not one.result.lower_is_better))
+def higher_headings(standings: Iterable[Standing]) -> list[str]:
+    """Return the headings of metrics for which higher is better."""
+    results = (standing.result for standing in standings)
+    return list(dict.fromkeys(result.heading for result in results if not result.lower_is_better))
 
 
-def timed_headings(found: Iterable[Standing]) -> list[str]:
-    """Return the headings of the metrics that have a column for each time: of a single one, tables print the times."""
-    return list(dict.fromkeys(one.result.heading for one in found if one.result.time))
+def timed_headings(standings: Iterable[Standing]) -> list[str]:
+    """Return the headings of metrics with a column for each time; if there is only one, tables print the times."""
+    return list(dict.fromkeys(standing.result.heading for standing in standings if standing.result.time))
 
 
-def _units(found: Sequence[Standing]) -> list[str]:
-    """Say what is in which unit, and what the times are of."""
-    timed, units = timed_headings(found), {one.result.heading: one.result.unit for one in found}
+def _units(standings: Sequence[Standing]) -> list[str]:
+    """State the unit of each metric, and the metric measured at times."""
+    timed, units = timed_headings(standings), {item.result.heading: item.result.unit for item in standings}
     lines = [f"{heading}: in {unit}." for heading, unit in units.items() if unit and [heading] != timed]
     if len(timed) == 1:
         unit = units[timed[0]]
@@ -273,19 +277,19 @@ def _units(found: Sequence[Standing]) -> list[str]:
 
 
 def _still(tested: Sequence[Standing]) -> list[str]:
-    """Say of which sequences there is no Euler error."""
+    """State the number of sequences without an Euler error."""
     euler = {one.result.action: one.result for one in tested if one.result.heading == EULER_ERROR.heading}
     weights = {action: np.asarray(result.weight) for action, result in euler.items()}
     return [
-        f"{action or 'all'}: without an Euler error, since nothing moves in their ground truth: "
-        f"{(weight == 0).sum()} of {len(weight)} sequences."
+        f"{action or 'all'}: no Euler error for {(weight == 0).sum()} of {len(weight)} sequences, "
+        "since nothing moves in the ground truth."
         for action, weight in weights.items()
         if (weight == 0).any()
     ]
 
 
-def _of_chance(tested: Sequence[Standing], aside: str, level: float, seed: Seed) -> list[str]:
-    """Say what the numbers beside values are, of each action, and what is inferred."""
+def _inference(tested: Sequence[Standing], best: str, level: float, seed: Seed) -> list[str]:
+    """Explain the numbers beside values, the marks and ranks, and the blocks of each action."""
     by_action: dict[str, list[Standing]] = {}
     for standing in tested:
         by_action.setdefault(standing.result.action, []).append(standing)
@@ -294,31 +298,31 @@ def _of_chance(tested: Sequence[Standing], aside: str, level: float, seed: Seed)
         lines.append(f"Intervals: {100 * level:g} %, {METHOD}, {RESAMPLES} resamples, {seed_text(seed)}; {FOUND}.")
     if any(standing.is_range for standing in tested):
         lines.append(
-            "Range: the lowest and the highest score of a block, of fewer than "
-            f"{MIN_BLOCKS_OF_INTERVAL}, which support no interval."
+            f"Range: the lowest and the highest score of a block; fewer than {MIN_BLOCKS_OF_INTERVAL} blocks support "
+            "no interval."
         )
     if any(standing.in_blocks is not None for standing in tested):
-        lines.append("Before a colon: the score of the sequences that are in blocks, which interval or range is about.")
+        lines.append("Before a colon: the score of the sequences in blocks, to which the interval or range applies.")
     lines.append(
-        f"{MARK} worse than the best{aside} by more than chance ({1 - level:.2g}; {TEST}; exact up to "
-        f"{EXACT_UP_TO} blocks, else {SAMPLES} draws). Rank: 1 + the models that are better by more than chance."
+        f"{MARK} significantly worse than the {best} ({1 - level:.2g}; {TEST}; exact up to {EXACT_UP_TO} blocks, "
+        f"else {SAMPLES} draws). Rank: 1 + the number of significantly better models."
     )
     if any(standing.behind and standing.behind[1] < MIN_BLOCKS_OF_TEST for standing in tested):
         lines.append(
-            f"4/5, for example: the best{aside} is better in 4 of 5 blocks. Fewer than {MIN_BLOCKS_OF_TEST} blocks "
+            f"4/5, for example: the {best} is better in 4 of 5 blocks. Fewer than {MIN_BLOCKS_OF_TEST} blocks "
             "give no p-value and no mark."
         )
-    described: dict[str, list[str]] = {}
-    for action, found in by_action.items():
-        described.setdefault(str(found[0].result.blocks), []).append(action or "all")
-    lines += [f"{', '.join(actions)}: {blocks}." for blocks, actions in described.items()]
-    for found in by_action.values():
-        lines += _too_few(found, level)
+    actions_of: dict[str, list[str]] = {}
+    for action, standings in by_action.items():
+        actions_of.setdefault(str(standings[0].result.blocks), []).append(action or "all")
+    lines += [f"{', '.join(actions)}: {blocks}." for blocks, actions in actions_of.items()]
+    for standings in by_action.values():
+        lines += _too_few(standings, level)
     return [*lines, INFERRED]
 
 
 def _too_few(tested: Sequence[Standing], level: float) -> list[str]:
-    """Say so if there are too few blocks to show any difference between so many models."""
+    """Warn if there are too few blocks to show any difference between the models."""
     first = tested[0].result
     models = sum(standing.result.column == first.column for standing in tested)
     pairs = math.comb(models, 2)
@@ -328,5 +332,5 @@ def _too_few(tested: Sequence[Standing], level: float) -> list[str]:
         return []
     return [
         f"{first.action or 'all'}: {counted(n, 'block')} cannot show any difference between {models} models: the "
-        f"smallest possible p-value is {smallest:.2g}, and the {pairs} pairs ask for {(1 - level) / pairs:.2g}."
+        f"smallest possible p-value is {smallest:.2g}, and {pairs} pairs require {(1 - level) / pairs:.2g}."
     ]

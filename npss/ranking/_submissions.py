@@ -1,4 +1,4 @@
-"""Predictions of several models on one ground truth, as files hold them: what leaderboards and reports are made of."""
+"""Submissions: files with predictions of several models on one ground truth, for leaderboards and reports."""
 
 from __future__ import annotations
 
@@ -19,103 +19,103 @@ from npss.protocol import BLOCKED, FPS, SLICES_MS, TEST_LENGTHS, window_blocks
 from npss.ranking._names import names_of_paths
 from npss.records import Record, measure
 
-_SAME_POSE = 1e-3  # radians, or millimetres: files hold ground truth in various precision
+_SAME_POSE = 1e-3  # radians, or millimetres: files hold ground truth in various precisions
 
-#: What pages and pictures call the ground truth, beside the names of models.
+#: The name of the ground truth on pages and in pictures, beside the names of models.
 TRUTH = "ground truth"
 
-#: Fields of signatures that `records_of` states itself.
+#: Fields that `records_of` itself adds to signatures.
 MEASURED = ("representation", "frames", "fps", "unwrap", "columns", "average")
 
-#: By model and action: Human3.6M poses, exponential maps at 25 frames per second.
+#: Pairs by model and action: Human3.6M poses, exponential maps at 25 frames per second.
 Submissions = Mapping[str, Mapping[str, Pair]]
 
 
 def read_submissions(paths: Iterable[Path], *, max_size: float = MAX_SIZE) -> dict[str, dict[str, Pair]]:
-    """Read one file of samples for each model, and of a folder all that are in it.
+    """Read one file of samples per model; a folder stands for all files in it.
 
-    A model is called as its file, ``MODEL.h5``; or as its folder, where the file is ``MODEL/samples.h5``; with as much
-    of the path before it as it takes to tell two apart. The arrays of one file may take `max_size` GiB of memory.
+    A model is named after its file ``MODEL.h5``, or its folder in ``MODEL/samples.h5``, with as many folders before it
+    as make the name unique. The arrays of one file may take `max_size` GiB of memory.
 
     Raises
     ------
     ValueError
-        If there are none, a file is there twice, a prediction has another shape than its ground truth, or the ground
-        truths of two models differ: names the file, or the models.
+        If there are no files, a file is a duplicate, a prediction and its ground truth differ in shape, or the ground
+        truths of two models differ; names the file or the models.
     """
     files = names_of_paths(sample_files(paths))
-    found = {model: read_actions(file, max_size=max_size) for model, file in files.items()}
-    if TRUTH in found:
-        raise ValueError(f"no model may be called {TRUTH!r}")
-    check_truths(found)
-    return found
+    submissions = {model: read_actions(file, max_size=max_size) for model, file in files.items()}
+    if TRUTH in submissions:
+        raise ValueError(f"a model must not be called {TRUTH!r}")
+    check_truths(submissions)
+    return submissions
 
 
 def sample_files(paths: Iterable[Path]) -> list[Path]:
-    """Return the files of samples that paths stand for.
+    """Return the files of samples at these paths.
 
     Parameters
     ----------
     paths : iterable of Path
-        Files; or folders, for all files in them that are not hidden.
+        Files, or folders with files; hidden files do not count.
 
     Returns
     -------
     list of Path
-        ``MODEL.h5``, or another format that is registered, or ``MODEL/samples.h5``.
+        ``MODEL.h5`` or ``MODEL/samples.h5``, in any registered format.
 
     Raises
     ------
     ValueError
-        If a path does not exist, is no file of samples, or a folder has none.
+        If a path does not exist or is not a file of samples, or a folder has none.
     """
-    files, known = [], suffixes("samples")
+    files, endings = [], suffixes("samples")
     for path in paths:
         if not path.exists():
             raise ValueError(f"{path}: no such file or folder")
-        if not path.is_dir() and path.suffix not in known:
+        if not path.is_dir() and path.suffix not in endings:
             raise ValueError(f"{path}: expected {listed('samples')} samples")
-        inside = [path]
+        samples = [path]
         if path.is_dir():
-            several = [file for file in (*path.iterdir(), *path.glob("*/samples.*")) if not _hidden(file, path)]
-            inside = sorted(file for file in several if file.suffix in known and file.is_file())
-        if not inside:
+            visible = [file for file in (*path.iterdir(), *path.glob("*/samples.*")) if not _hidden(file, path)]
+            samples = sorted(file for file in visible if file.suffix in endings and file.is_file())
+        if not samples:
             raise ValueError(f"{path}: no samples in it ({listed('samples')})")
-        files += inside
+        files += samples
     return files
 
 
 def _hidden(file: Path, folder: Path) -> bool:
-    """Say whether a file is not meant to be seen: ``.ipynb_checkpoints/samples.h5``, or macOS's ``._model.h5``."""
+    """Return whether a file is hidden, as ``.ipynb_checkpoints/samples.h5`` or macOS's ``._model.h5``."""
     return any(part.startswith(".") for part in file.relative_to(folder).parts)
 
 
 def read_actions(file: Path, *, max_size: float = MAX_SIZE) -> dict[str, Pair]:
-    """Read a file of samples, each prediction of the shape of its ground truth.
+    """Read a file of samples, and check that predictions and ground truths have the same shape.
 
     Parameters
     ----------
     file : Path
         The file, ``.h5``, ``.hdf5`` or ``.npz``.
     max_size : float, optional
-        How much memory its arrays may take, in GiB.
+        The most memory that its arrays may take, in GiB.
 
     Returns
     -------
     dict of str to Pair
-        By action.
+        Pairs by action.
 
     Raises
     ------
     ValueError
-        If it is no such file, or a prediction has another shape; names the file.
+        If it is not such a file, or a prediction has another shape than its ground truth; names the file.
     """
     pairs = {str(pair.name): pair for pair in read_poses(file, max_size=max_size)}
     for action, pair in pairs.items():
         if pair.gt.shape != pair.pred.shape:
             raise ValueError(
                 f"{file}: {action}: the predictions have {pair.pred.shape[1]} frames, the ground truth "
-                f"{pair.gt.shape[1]}; nothing is cut"
+                f"{pair.gt.shape[1]}; expected equal lengths"
             )
     return pairs
 
@@ -130,12 +130,12 @@ def naming(model: str, action: str) -> Iterator[None]:
 
 
 def check_truths(submissions: Submissions) -> None:
-    """Make sure that all models predict the same motion.
+    """Check that all models predict the same motion.
 
     Parameters
     ----------
     submissions : mapping of str to mapping of str to Pair
-        By model and action.
+        Pairs by model and action.
 
     Raises
     ------
@@ -145,15 +145,16 @@ def check_truths(submissions: Submissions) -> None:
     first: dict[str, tuple[str, Pair]] = {}
     for model, actions in submissions.items():
         for action, pair in actions.items():
-            other, known = first.setdefault(action, (model, pair))
-            if known.gt.shape != pair.gt.shape:
-                what = f"shapes {known.gt.shape} and {pair.gt.shape}"
-            elif (off := np.abs(known.gt - pair.gt).max(axis=(1, 2))).max() > _SAME_POSE:
-                what = f"by up to {off.max():.3g}, in sequence {int(off.argmax())}"
+            other, expected = first.setdefault(action, (model, pair))
+            if expected.gt.shape != pair.gt.shape:
+                difference = f"shapes {expected.gt.shape} and {pair.gt.shape}"
+            elif (distance := np.abs(expected.gt - pair.gt).max(axis=(1, 2))).max() > _SAME_POSE:
+                difference = f"by up to {distance.max():.3g}, in sequence {int(distance.argmax())}"
             else:
                 continue
             raise ValueError(
-                f"{action}: the ground truths of {other!r} and {model!r} differ ({what}), so they cannot be compared"
+                f"{action}: the ground truths of {other!r} and {model!r} differ ({difference}), so they cannot be "
+                "compared"
             )
 
 
@@ -164,29 +165,31 @@ def records_of(
     groups: Mapping[str, Groups] | None = None,
     **context: Any,
 ) -> list[Record]:
-    """Measure every prediction, by other metrics, too, with its single sequences: a record for each model and action.
+    """Measure every prediction and its single sequences: a record for each model and action.
 
     Parameters
     ----------
     submissions : mapping of str to mapping of str to Pair
-        By model and action, ``(N, T, 99)`` exponential maps at 25 frames per second.
+        Pairs by model and action, ``(N, T, 99)`` exponential maps at 25 frames per second.
+    metrics : sequence of str, optional
+        Names of other metrics to measure by.
     groups : mapping of str to sequence, optional
         The blocks of the sequences, by action; by default they follow from ``protocol`` and the lengths of the clips,
-        where both are known.
+        if both are known.
     **context
-        Known fields that the signatures state, such as ``protocol='srnn-8'``.
+        Known fields for the signatures, such as ``protocol='srnn-8'``.
 
     Returns
     -------
     list of dict
-        As `npss.records.measure` returns, with ``model`` and ``action``.
+        Records as `npss.records.measure` returns them, with ``model`` and ``action``.
 
     Raises
     ------
     ValueError
-        If files hold another number of sequences than the protocol has windows.
+        If the number of sequences is not the number of windows of the protocol.
     """
-    found = []
+    records = []
     pairs = [(model, action, pair) for model, actions in submissions.items() for action, pair in actions.items()]
     with Progress("scoring") as progress:
         for done, (model, action, pair) in enumerate(pairs, 1):
@@ -204,9 +207,9 @@ def records_of(
                     frames=n_frames,
                     **context,
                 )
-            found.append({"model": model, "action": action, **measured})
+            records.append({"model": model, "action": action, **measured})
             progress(done / len(pairs))
-    return found
+    return records
 
 
 def known_blocks(protocol: object, action: str, shape: tuple[int, ...]) -> Groups:
@@ -215,35 +218,33 @@ def known_blocks(protocol: object, action: str, shape: tuple[int, ...]) -> Group
     Parameters
     ----------
     protocol : object
-        Its name; any other value is a protocol that is not known.
+        The name of the protocol; any other value is an unknown protocol.
     action : str
-        Which of Human3.6M's.
+        The action of Human3.6M.
     shape : tuple of int
-        That of the motion, ``(N, T, ...)``.
+        The shape of the motion, ``(N, T, ...)``.
 
     Returns
     -------
     tuple of str or None
-        A label for each sequence; None where the protocol or the lengths of the clips are not known.
+        A label for each sequence; None if the protocol or the lengths of the clips are unknown.
 
     Raises
     ------
     ValueError
-        If the shape ``(N, T, ...)`` of the motion is not that of these windows.
+        If N is not the number of windows.
     """
     lengths = TEST_LENGTHS.get(action, (None, None))
     if protocol not in BLOCKED or None in lengths:
         return None
     labels = window_blocks(protocol, [length for length in lengths if length is not None], n_target=shape[1])
     if len(labels) != shape[0]:
-        raise ValueError(
-            f"{action}: the protocol {protocol} has {len(labels)} windows, but here are {shape[0]} sequences"
-        )
+        raise ValueError(f"{action}: the protocol {protocol} has {len(labels)} windows, got {shape[0]} sequences")
     return labels
 
 
 def read_records(path: Path) -> list[Record]:
-    """Read records, as ``npss-baselines evaluate --format json`` prints them; JSON unless the suffix says."""
+    """Read records, as ``npss-baselines evaluate --format json`` prints them, by suffix or else as JSON."""
     form = FORMATS.get(path.suffix)
     records = ((form and form.records) or read_json)(path)
     if not isinstance(records, list) or not all(isinstance(record, dict) for record in records):
@@ -254,18 +255,18 @@ def read_records(path: Path) -> list[Record]:
 def read_all(
     paths: Sequence[Path], *, metrics: Sequence[str] = (), max_size: float = MAX_SIZE, **context: Any
 ) -> list[Record]:
-    """Read the records that some files hold, and measure the predictions that the others do."""
+    """Read files of records, and measure files of predictions."""
     records, of_records = [], suffixes("records")
     origin: dict[str, Path] = {}
     for path in paths:
         for record in read_records(path) if path.suffix in of_records else ():
-            named = f"{record.get('action')!r} of {record.get('model')!r}"
-            if origin.setdefault(named, path) != path:
-                raise ValueError(f"{path}: {named} is in {origin[named]}, too")
+            name = f"{record.get('action')!r} of {record.get('model')!r}"
+            if origin.setdefault(name, path) != path:
+                raise ValueError(f"{path}: {name} is also in {origin[name]}")
             records.append(record)
     samples = [path for path in paths if path.suffix not in of_records]
     if not samples:
-        if given := [*context, *(["metrics"] if metrics else [])]:
-            raise ValueError(f"{given[0]}: records state their own; it is for files of samples")
+        if options := [*context, *(["metrics"] if metrics else [])]:
+            raise ValueError(f"{options[0]}: only for files of samples; records state their own")
         return records
     return records + records_of(read_submissions(samples, max_size=max_size), metrics=metrics, **context)

@@ -259,10 +259,10 @@ def test_records(page):
         ({"metrics": ["nope"]}, ValueError, "metrics: unknown metric 'nope'; known: npss, euler_error, mse"),
         ({"metrics": [1]}, TypeError, "metrics: expected the name of a metric"),
         ({"metrics": "mse"}, TypeError, "metrics: expected a sequence of names"),
-        ({"metrics": ["npss"]}, ValueError, "metrics: 'npss' is measured anyway, by each of the conventions"),
-        ({"metrics": ["euler_error"]}, ValueError, "metrics: 'euler_error' is measured anyway, at the times of at_ms"),
+        ({"metrics": ["npss"]}, ValueError, "metrics: 'npss' is always measured, by each of the conventions"),
+        ({"metrics": ["euler_error"]}, ValueError, "metrics: 'euler_error' is always measured, at the times of at_ms"),
         ({"metrics": ["mse", "MSE"]}, ValueError, "metrics: 'MSE' is a duplicate"),
-        ({"metrics": ["mpjpe"], "at_ms": [80], "fps": 25}, ValueError, "metrics: 'mpjpe' takes positions, and there"),
+        ({"metrics": ["mpjpe"], "at_ms": [80], "fps": 25}, ValueError, "metrics: 'mpjpe' takes positions; give"),
         ({"metrics": ["mpjpe"], "poses": (0, 0)}, ValueError, "metrics: 'mpjpe' is measured at the times of at_ms"),
         ({"metrics": ["timed"]}, ValueError, "fps: required by timed"),
         ({"metrics": ["spectral"]}, ValueError, "metrics: 'spectral' has conventions"),
@@ -288,7 +288,7 @@ def test_scores(page, samples, capsys):
     gt = str(samples / "gt.npy")
     np.save(gt, poses(0))
     assert main(["score", gt, gt, "--metrics", "mpjpe", "--at-ms", "80", "--fps", "25"]) == 2
-    assert "metrics: 'mpjpe' takes positions, and there are no poses" in capsys.readouterr().err
+    assert "metrics: 'mpjpe' takes positions; give poses" in capsys.readouterr().err
     assert main(["score", gt, gt, "--metrics", "mpjpe", "--at-ms", "80", "--fps", "25", "--expmap"]) == 0
     assert re.search(r"^MPJPE 80 ms +0\.0  ", capsys.readouterr().out, re.M)
 
@@ -306,7 +306,7 @@ def test_leaderboards(page, samples, capsys):
     assert re.search(rf"^ *1  near .* {ranks['MPJPE 400 ms', 'near']:.1f}\* ", text, re.M)
     assert f"{ranks['MPJPE 400 ms', 'near']:.4f}" in board.to_text(digits=4)
     assert board.to_latex().count("\\toprule") == 2
-    with pytest.raises(ValueError, match=r"^metrics: records and reports state their own"):
+    with pytest.raises(ValueError, match=r"^metrics: only for files of samples; records and reports state their own"):
         npss.leaderboard([{"model": "m", "action": "a"}], metrics=["mse"])
     (samples / "records.json").write_text("[]", encoding="utf-8")
     with pytest.raises(ValueError, match=r"^metrics: records state their own"):
@@ -328,7 +328,7 @@ def test_comparisons(page):
     with pytest.raises(ValueError, match=r"^at_ms: 10 ms is not a whole number of frames"):
         npss.compare(gt, a, b, metric="mpjpe", fps=25, at_ms=10)
     register(metric(lambda gt, pred: 1.0, aggregation="none"))
-    with pytest.raises(ValueError, match=r"^metric: 'mine' has no number of each sequence"):
+    with pytest.raises(ValueError, match=r"^metric: 'mine' has no values for single sequences"):
         npss.compare(*motions(), motions()[0], metric="mine")
     weighted = metric(lambda gt, pred: (np.ones(8), pred[:, 0, 0] ** 2), name="bad", aggregation="weighted mean")
     register(weighted)
@@ -454,6 +454,6 @@ def test_weights_that_depend_on_the_prediction_are_refused():
 def test_columns_of_records_match_their_signatures(shares):
     shares[0]["signatures"]["PCK"] = "other|version:1"
     with pytest.raises(
-        ValueError, match=r"metrics: 'PCK' is a column of 'share', and its signature is other\|version:1"
+        ValueError, match=r"metrics: 'PCK' is a column of 'share', but its signature is other\|version:1"
     ):
         npss.leaderboard(shares)

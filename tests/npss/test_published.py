@@ -183,7 +183,7 @@ def test_by_protocol():
             assert ": comparable with tables" in npss.explain(text)
     with pytest.raises(ValueError, match="protocol: expected one of srnn-8, srnn-8-late, lafan1, got 'random-256'"):
         published.records(protocol="random-256")
-    with pytest.raises(ValueError, match=r"protocol: the rows of Qin et al\. 2022 are not of srnn-8"):
+    with pytest.raises(ValueError, match=r"protocol: Qin et al\. 2022 has no rows for srnn-8"):
         published.records("Qin et al. 2022", protocol="srnn-8")
 
 

@@ -56,14 +56,14 @@ def test_published_rows_stay(runs):
 @pytest.mark.parametrize(
     ("methods", "error", "message"),
     [
-        ({"net": RUNS[:2]}, ValueError, "methods: 'net' has 2 runs; to speak of a method takes 3 or more"),
-        ({"net": ("run-1", "run-2", "run-2")}, ValueError, "methods: 'run-2' is there twice"),
-        ({"net": RUNS, "same": RUNS}, ValueError, "methods: 'run-1' is there twice"),
+        ({"net": RUNS[:2]}, ValueError, "methods: 'net' has 2 runs; a method needs 3 or more"),
+        ({"net": ("run-1", "run-2", "run-2")}, ValueError, "methods: duplicate run 'run-2'"),
+        ({"net": RUNS, "same": RUNS}, ValueError, "methods: duplicate run 'run-1'"),
         ({"net": "run-1"}, TypeError, "methods: expected a sequence of names of models, got 'run-1'"),
         ({"net": (1, 2, 3)}, TypeError, "methods: expected names of models, got 1"),
         ({" ": RUNS}, ValueError, "methods: the name of a method is empty: ' '"),
         ({7: RUNS}, TypeError, "methods: expected names of models, got 7"),
-        (["net"], TypeError, "methods: expected the models of each method by its name, got"),
+        (["net"], TypeError, "methods: expected a mapping of names to models, got"),
     ],
 )
 def test_methods_that_are_none(methods, error, message):
@@ -76,11 +76,11 @@ def test_runs_that_do_not_belong_together(runs):
         with pytest.raises(ValueError, match=message):
             averaged(results, methods or {"net": RUNS})
 
-    refused("methods: no model is called 'run-3'; there are other, run-1, run-2", [*runs[:2], runs[3]])
-    refused("methods: there is a model called 'other', too", runs, {"other": RUNS})
+    refused("methods: unknown model 'run-3'; expected one of other, run-1, run-2", [*runs[:2], runs[3]])
+    refused("methods: 'other' is also the name of a model", runs, {"other": RUNS})
     more = result("run-1", [1.0] * 12, column="NPSS released")
     refused("methods: 'net' on 'walking', NPSS released: 'run-2' has no such number", [*runs, more])
-    refused("methods: .*: a run is there twice", [*runs, runs[0]])
+    refused("methods: .*: duplicate run 'run-1'", [*runs, runs[0]])
     strange = result("run-3", [1.0] * 12, signature="npss|version:1|frames:9")
     refused(
         "methods: .*: runs have different numbers: npss.version:1 and npss.version:1.frames:9", [*runs[:2], strange]
@@ -125,7 +125,7 @@ def test_on_the_command_line(tmp_path, capsys):
     assert not any(run in text for run in RUNS)
     twice = [*itertools.chain(*(["--method", "net", *RUNS] for _ in range(2)))]
     assert main(["leaderboard", str(tmp_path), *twice]) == 2
-    assert capsys.readouterr().err == "npss: error: --method net is there twice\n"
+    assert capsys.readouterr().err == "npss: error: --method net: duplicate method\n"
     pytest.importorskip("matplotlib")
     page = tmp_path / "page.html"
     only = [str(tmp_path / f"{run}.npz") for run in RUNS]

@@ -95,7 +95,7 @@ def test_paths_are_named_as_they_are_written(tmp_path, monkeypatch):
 )
 def test_paths_that_cannot_be_told_apart(paths):
     first, second = map(re.escape, paths)
-    with pytest.raises(ValueError, match=f"^{second}: there is another file of a model '.*model', {first}$"):
+    with pytest.raises(ValueError, match=f"^{second}: duplicate model '.*model', also in {first}$"):
         names_of_paths(map(Path, paths))
 
 

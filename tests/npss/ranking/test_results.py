@@ -44,7 +44,7 @@ def test_records_have_the_intervals_of_reports(record):
 @pytest.mark.parametrize("field", ["model", "action", "signature"])
 def test_records_that_are_none(field):
     record = {"model": "m", "action": "a", "signature": "npss|version:1", field: None}
-    with pytest.raises(ValueError, match=f"records: expected a text '{field}' in each, got None"):
+    with pytest.raises(ValueError, match=f"records: expected text as '{field}' in each, got None"):
         results_of_record(record)
 
 
@@ -140,7 +140,7 @@ def test_numbers_that_contradict_each_other(record, path):
         "sequences/npss/paper": [9.0] * 6,
         "sequences/weight/paper": [0.0] * 6,
     }
-    with pytest.raises(ValueError, match=r"the weighted mean of .* is not the .* that the record states"):
+    with pytest.raises(ValueError, match=r"the weighted mean of .* is not .*, which the record states"):
         results_of_record(change(record, path, value[path]))
 
 
@@ -203,13 +203,13 @@ def test_other_metrics_are_ranked_and_told_apart(with_another):
     ("path", "value", "message"),
     [
         ("metrics/G", -1.0, "metrics: G: expected a finite number"),
-        ("metrics/G", 3.0, "the weighted mean of metrics: G is not the 3.0"),
+        ("metrics/G", 3.0, "the weighted mean of metrics: G is not 3.0"),
         ("metrics", [], "metrics: expected an object"),
-        ("metrics", {"NPSS paper": 1.0}, "metrics: 'NPSS paper' is no name for another metric"),
-        ("metrics", {"Euler error 80 ms": 1.0}, "metrics: 'Euler error 80 ms' is no name"),
-        ("metrics", {"a\nb": 1.0}, "metrics: 'a.*b' is no name"),
-        ("metrics", {"": 1.0}, "metrics: '' is no name"),
-        ("signatures/G", None, "signatures: expected that of 'G', got None"),
+        ("metrics", {"NPSS paper": 1.0}, "metrics: 'NPSS paper' is not a valid name for another metric"),
+        ("metrics", {"Euler error 80 ms": 1.0}, "metrics: 'Euler error 80 ms' is not a valid name"),
+        ("metrics", {"a\nb": 1.0}, "metrics: 'a.*b' is not a valid name"),
+        ("metrics", {"": 1.0}, "metrics: '' is not a valid name"),
+        ("signatures/G", None, "signatures: expected one for 'G', got None"),
         ("signatures/G", "G", "signature: 'G' does not begin with a metric"),
         ("signatures", 3, "signatures: expected an object"),
         ("sequences/metrics/G/0", None, "lists of metrics: G differ in length"),

@@ -114,7 +114,7 @@ def test_without_sequences_ranks_go_by_value_and_only_equal_values_tie():
 
 
 def test_other_numbers_of_sequences():
-    with pytest.raises(ValueError, match=r"'a' and 'b' are of 4 and 3 sequences, so they cannot be compared"):
+    with pytest.raises(ValueError, match=r"'a' and 'b' have 4 and 3 sequences, so they cannot be compared"):
         standings([result("a", [1, 2, 3, 4]), result("b", [1, 2, 3])])
 
 
@@ -163,7 +163,7 @@ def test_numbers_of_different_meaning_are_not_ranked_together():
 
 
 def test_a_model_is_there_once():
-    with pytest.raises(ValueError, match="walking, NPSS paper: 'a' is there twice"):
+    with pytest.raises(ValueError, match="walking, NPSS paper: duplicate model 'a'"):
         standings([result("a", 1.0), result("a", 2.0)])
 
 
@@ -239,7 +239,7 @@ def test_blocks_are_the_units_of_tests_and_intervals():
     assert found["b"].behind == (int((sums[1] > sums[0]).sum()), 12)
     said = notes(list(found.values()))
     assert "walking: 12 blocks, 2 of 26 sequences in none." in said
-    assert any(line.startswith("Before a colon: the score of the sequences that are in blocks") for line in said)
+    assert any(line.startswith("Before a colon: the score of the sequences in blocks") for line in said)
     (intervals,) = (line for line in said if line.startswith("Intervals: 95 %, studentised bootstrap over blocks"))
     assert "held the score in 75 to 97 % of cases" in intervals
     assert not any(line.startswith("Range") or "4/5" in line for line in said)

@@ -116,13 +116,13 @@ class TestNames:
     def test_two_published_rows_of_one_model_are_refused(self):
         row = {"model": "m", "action": "a", "npss": {"paper": 1.0}, "signature": npss.signature(frames=50)}
         rows = [row | {"source": source} for source in ("One 2020", "Other 2021")]
-        with pytest.raises(ValueError, match=r"^a, NPSS paper: 'm \(published\)' is there twice$"):
+        with pytest.raises(ValueError, match=r"^a, NPSS paper: duplicate model 'm \(published\)'$"):
             npss.leaderboard(rows)
 
     def test_nobody_is_called_as_a_published_row_is(self):
         row = {"model": "m", "action": "a", "npss": {"paper": 1.0}, "signature": npss.signature(frames=50)}
         own = row | {"model": "m (published)", "action": "b"}
-        with pytest.raises(ValueError, match=r"^'m \(published\)' is what a published model is called"):
+        with pytest.raises(ValueError, match=r"^'m \(published\)' is the name of a published model"):
             npss.leaderboard([own, row | {"source": "One 2020"}])
         assert list(npss.leaderboard([own]).index) == ["m (published)"]
 
@@ -130,10 +130,10 @@ class TestNames:
         row = {"model": "m", "action": "a", "npss": {"paper": 1.0}, "signature": npss.signature(frames=50)}
         for name, record in (("one", row), ("two", row), ("eating", row | {"action": "eating"})):
             (tmp_path / f"{name}.json").write_text(json.dumps([record]), encoding="utf-8")
-        with pytest.raises(ValueError, match=r"two\.json: 'a' of 'm' is in .*one\.json, too$"):
+        with pytest.raises(ValueError, match=r"two\.json: 'a' of 'm' is also in .*one\.json$"):
             npss.leaderboard([tmp_path / "one.json", tmp_path / "two.json"])
         (tmp_path / "broken.json").write_text(json.dumps([row | {"model": []}]), encoding="utf-8")
-        with pytest.raises(ValueError, match="records: expected a text 'model' in each"):
+        with pytest.raises(ValueError, match="records: expected text as 'model' in each"):
             npss.leaderboard([tmp_path / "one.json", tmp_path / "broken.json"])
         board = npss.leaderboard([tmp_path / "one.json", tmp_path / "eating.json"])
         assert board.shape == (1, 2)
@@ -209,8 +209,8 @@ class TestStillSequences:
         assert euler.value == pytest.approx(euler.numerator[self.MOVES].mean(), rel=1e-12)
         other = {"model": "other", "action": "a", **self.record(pred=self.GT + 0.1)}
         found = standings(results_of_record(record) + results_of_record(other))
-        (said,) = (line for line in notes(found) if "without an Euler error" in line)
-        assert said == "a: without an Euler error, since nothing moves in their ground truth: 1 of 8 sequences."
+        (said,) = (line for line in notes(found) if "no Euler error" in line)
+        assert said == "a: no Euler error for 1 of 8 sequences, since nothing moves in the ground truth."
         without = {one.result.column: one for one in standings(self.results_of_the_others())}
         for one in found:
             if one.result.model == "m" and one.result.column.startswith("Euler"):
@@ -229,7 +229,7 @@ class TestStillSequences:
         (line,) = (line for line in figure.axes[0].get_lines() if line.get_label() == "m")
         curve = npss.euler_error_curve(self.GT[self.MOVES], self.PRED[self.MOVES])
         np.testing.assert_allclose(line.get_ydata(), curve, rtol=1e-12)
-        assert "mean over 7 sequences" in figure.get_supxlabel()
+        assert "mean of 7 sequences" in figure.get_supxlabel()
         assert "still:1" in figure.get_supxlabel()
         with pytest.raises(ValueError, match=r"no feature of sequence 0 moves .*; for 'm' of preds"):
             npss.plot.errors(np.ones((2, 9, 3)), {"m": np.ones((2, 9, 3))}, fps=25)
@@ -239,10 +239,10 @@ class TestStillSequences:
         samples(folder / "b.npz", still=(3,), seed=1)
         assert main(["leaderboard", str(folder)]) == 0
         printed = capsys.readouterr().out
-        assert "walking: without an Euler error, since nothing moves in their ground truth: 1 of 8" in printed
+        assert "walking: no Euler error for 1 of 8 sequences, since nothing moves in the ground truth." in printed
         assert main(["score", str(folder / "a.npz")]) == 0
         printed = capsys.readouterr().out
-        assert "Without an Euler error, since nothing moves in their ground truth: sequence 3." in printed
+        assert "No Euler error, since nothing moves in the ground truth: sequence 3." in printed
         assert re.search(r"Euler error 80 ms .*\|still:1$", printed, re.M)
 
     def test_a_page_of_still_motion_has_no_picture_of_the_euler_error(self, capsys, tmp_path, monkeypatch):
@@ -259,10 +259,7 @@ class TestStillSequences:
         titles = re.findall(r"<figure><h3>(.*?)</h3>", page.read_text(encoding="utf-8"))
         assert titles == ["the first sequence", "where the score of a comes from", "the spectra behind it, a"]
         assert main(["score", str(path)]) == 0
-        assert (
-            "Without an Euler error, since nothing moves in their ground truth: sequence 0, 1"
-            in capsys.readouterr().out
-        )
+        assert "No Euler error, since nothing moves in the ground truth: sequence 0, 1" in capsys.readouterr().out
 
     def test_a_curve_of_the_file_is_not_compared_then(self, capsys, tmp_path):
         for still in ((), (3,)):
