@@ -1,7 +1,6 @@
-"""A user study of metrics: which questions to ask, how to count the votes, and what they show.
+"""User studies of metrics: plan the questions, count the votes, and test the results.
 
-Numpy and the standard library do most; the exact tests and Clopper and Pearson's interval need scipy
-(extra ``study``).
+Most functions need numpy alone; the exact tests and Clopper and Pearson's interval need scipy (extra ``study``).
 """
 
 from npss._analysis.interval import Interval

@@ -1,4 +1,4 @@
-"""How often metrics and the majority of participants preferred the same model."""
+"""Agreement of metrics with the majority of participants."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Literal, get_args
 from npss.study._votes import CHOICES, Choice
 from npss.validation import one_of
 
-#: What becomes of questions with a tie: left out, or each counted as half agreed.
+#: The treatment of questions with a tie: left out, or counted as half agreed.
 Ties = Literal["exclude", "half"]
 
 
@@ -23,9 +23,9 @@ class Agreement:
     agreed, disagreed : int
         Questions on which they preferred the same model, and different ones.
     tied_votes : int
-        Questions without a majority, whatever the metric said.
+        Questions without a majority, for any prediction of the metric.
     tied_metric : int
-        Questions with a majority on which the metric predicted nothing.
+        Questions with a majority on which the metric predicted a tie.
 
     Examples
     --------
@@ -42,11 +42,11 @@ class Agreement:
 
     @property
     def n(self) -> int:
-        """Questions without a tie: those that tests and intervals are about."""
+        """Questions without a tie, which tests and intervals cover."""
         return self.agreed + self.disagreed
 
     def rate(self, *, ties: Ties = "exclude") -> float:
-        """Return the share of questions agreed on; NaN of none.
+        """Return the share of questions agreed on; NaN if there are no questions.
 
         Parameters
         ----------
@@ -65,14 +65,14 @@ def agreement(predictions: Sequence[Choice], majorities: Sequence[Choice]) -> Ag
     Parameters
     ----------
     predictions : sequence of {'A', 'B', 'tie'}
-        What a metric said of each question, as from `predict`.
+        A metric's prediction for each question, as from `predict`.
     majorities : sequence of {'A', 'B', 'tie'}
-        What the participants said of it: `Count.majority`.
+        The majority on each question: `Count.majority`.
 
     Returns
     -------
     Agreement
-        With ties counted apart: they neither agree nor disagree.
+        The counts; ties are counted separately, as neither agreed nor disagreed.
 
     Raises
     ------
@@ -87,9 +87,9 @@ def agreement(predictions: Sequence[Choice], majorities: Sequence[Choice]) -> Ag
     """
     _check_choices(predictions=predictions, majorities=majorities)
     pairs = list(zip(predictions, majorities, strict=True))
-    decided = [(said, voted) for said, voted in pairs if voted != "tie"]
-    tied_metric = sum(said == "tie" for said, _ in decided)
-    agreed = sum(said == voted for said, voted in decided)
+    decided = [(prediction, majority) for prediction, majority in pairs if majority != "tie"]
+    tied_metric = sum(prediction == "tie" for prediction, _ in decided)
+    agreed = sum(prediction == majority for prediction, majority in decided)
     return Agreement(
         agreed=agreed,
         disagreed=len(decided) - tied_metric - agreed,
@@ -100,14 +100,14 @@ def agreement(predictions: Sequence[Choice], majorities: Sequence[Choice]) -> Ag
 
 @dataclass(frozen=True, kw_only=True)
 class JointAgreement:
-    """How often two metrics agreed with the majority on the same questions: what `mcnemar_test` needs.
+    """How often two metrics agreed with the majority on the same questions, for `mcnemar_test`.
 
     Attributes
     ----------
     both, only_a, only_b, neither : int
-        Questions on which both metrics agreed with the majority, the first alone, the second alone, and neither.
+        Questions on which both metrics agreed with the majority, only the first, only the second, and neither.
     tied : int
-        Questions left out: without a majority, or of which a metric predicted nothing.
+        Questions left out: without a majority, or with a tie predicted by a metric.
 
     Examples
     --------
@@ -132,14 +132,14 @@ def joint_agreement(
     Parameters
     ----------
     predictions_a, predictions_b : sequence of {'A', 'B', 'tie'}
-        What each metric said of each question, as from `predict`.
+        Each metric's prediction for each question, as from `predict`.
     majorities : sequence of {'A', 'B', 'tie'}
-        What the participants said of it: `Count.majority`.
+        The majority on each question: `Count.majority`.
 
     Returns
     -------
     JointAgreement
-        The two by two table, and the ties.
+        The two-by-two table, and the ties.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def joint_agreement(
     """
     _check_choices(predictions_a=predictions_a, predictions_b=predictions_b, majorities=majorities)
     answers = list(zip(predictions_a, predictions_b, majorities, strict=True))
-    right = [(a == voted, b == voted) for a, b, voted in answers if "tie" not in (a, b, voted)]
+    right = [(a == majority, b == majority) for a, b, majority in answers if "tie" not in (a, b, majority)]
     return JointAgreement(
         both=right.count((True, True)),
         only_a=right.count((True, False)),

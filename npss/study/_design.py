@@ -1,4 +1,4 @@
-"""Which questions are asked: pairs of models, dealt as in the paper's survey."""
+"""Design of a survey: questions about pairs of models, drawn as in the NPSS paper."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from npss.validation import Seed, each, generator, is_integer, positive_integer,
 
 @dataclass(frozen=True)
 class Question:
-    """A question: which of two models predicted a sequence better.
+    """A question: which of two models predicts a sequence better.
 
     Attributes
     ----------
     number : int
-        Its number, from 1 on.
+        The number of the question, from 1.
     sequence : int
-        Which sequence is predicted.
+        The index of the predicted sequence.
     model_a, model_b : str
         The two models: A is shown on the left, B on the right.
 
@@ -37,31 +37,31 @@ class Question:
 
 @renamed(rng="seed")
 def design(models: Sequence[str], sequences: Sequence[int], n_questions: int, *, seed: Seed) -> list[Question]:
-    """Draw the questions of a survey about one action, as the NPSS paper did.
+    """Draw the questions of a survey about one action, as in the NPSS paper.
 
-    All unordered pairs of models are dealt in random order without replacement; when they are used up, which the
-    paper does not speak of, all are dealt again. Left and right are random. Sequences are drawn with replacement.
+    All unordered pairs of models are drawn in random order without replacement; when they are used up, a case that the
+    paper does not mention, all are drawn again. Left and right are random. Sequences are drawn with replacement.
 
     Parameters
     ----------
     models : sequence of str
         Names of two models or more.
     sequences : sequence of int
-        The sequences that may be shown, such as ``range(8)``.
+        The sequences to choose from, such as ``range(8)``.
     n_questions : int
-        How many questions; 20 in the paper.
+        The number of questions; 20 in the paper.
     seed : int or numpy.random.Generator
-        Where randomness comes from; with the same number, the same questions.
+        The seed of the generator; the same number gives the same questions.
 
     Returns
     -------
     list of Question
-        Numbered from 1 on.
+        The questions, numbered from 1.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not as described, or a model or a sequence is named twice.
+        If an argument is not as described, or a model or a sequence is a duplicate.
 
     References
     ----------
@@ -81,7 +81,7 @@ def design(models: Sequence[str], sequences: Sequence[int], n_questions: int, *,
             raise TypeError(f"sequences: expected whole numbers, got {sequence!r}")
     for argument, values, least in (("models", names, 2), ("sequences", shown, 1)):
         if len(values) < least or len(set(values)) < len(values):
-            raise ValueError(f"{argument}: expected {least} or more, each once, got {values}")
+            raise ValueError(f"{argument}: expected {least} or more without duplicates, got {values}")
     count = positive_integer("n_questions", n_questions)
     rng = generator(seed)
     pairs = list(combinations(names, 2))

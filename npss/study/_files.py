@@ -1,4 +1,4 @@
-"""The files of votes: CSV, read strictly, but as spreadsheets and surveys write it."""
+"""Files of votes: CSV as spreadsheets and surveys write it, read strictly."""
 
 from __future__ import annotations
 
@@ -20,30 +20,31 @@ _DELIMITERS = (",", ";", "\t")
 
 
 def read_votes(*paths: str | PathLike[str]) -> list[Vote]:
-    """Read the votes of a study from CSV files: one of all participants, or one of each.
+    """Read the votes of a study from CSV files: one for all participants, or one for each.
 
-    The first line names the columns: action, question, sequence, model_a, model_b, participant, choice. Every further
+    The first line names the columns: action, question, sequence, model_a, model_b, participant, choice. Each further
     line is a vote. Questions are numbered within an action; the choice is A (model_a), B (model_b) or tie. Cells are
-    separated by commas, semicolons or tabs. Blanks around a cell and blank lines do not count, and the names of the
-    columns may come again, as where files are joined.
+    separated by commas, semicolons or tabs. Blanks around a cell and blank lines are ignored; the line of column names
+    may be repeated, as in concatenated files.
 
     Parameters
     ----------
     *paths : path-like
-        The files, UTF-8; a folder stands for the ``.csv`` files in it that are not hidden.
+        The files, in UTF-8; a folder stands for all ``.csv`` files in it that are not hidden.
 
     Returns
     -------
     list of Vote
-        In the order of the files; those of a folder in the order of their names.
+        The votes in the order of the files; files of a folder are sorted by name.
 
     Raises
     ------
     TypeError
-        If no file is named.
+        If no path is given.
     ValueError
         If a folder has no ``.csv`` file, a file has no votes, a line is not as described, a participant answers a
-        question twice, or a question is not the same for all. The message names the file and the line.
+        question twice, or participants answer different questions under one number. The message names the file and the
+        line.
     OSError
         If a file cannot be opened.
 
@@ -73,7 +74,7 @@ def read_votes(*paths: str | PathLike[str]) -> list[Vote]:
             vote = _read_vote(where, cells)
             action, number = key = vote.action, vote.question.number
             if asked.setdefault(key, vote.question) != vote.question:
-                raise ValueError(f"{where}: question {number} of {action} is another one than before: {asked[key]}")
+                raise ValueError(f"{where}: question {number} of {action} differs from before: {asked[key]}")
             answer = (*key, vote.participant)
             if answer in answered:
                 raise ValueError(
@@ -104,7 +105,7 @@ def write_votes(path: str | PathLike[str], votes: Sequence[Vote]) -> None:
     Raises
     ------
     ValueError
-        If a name is empty, or has blanks around it or carriage returns, which `read_votes` would not return.
+        If a name is empty, or has surrounding blanks or carriage returns, which `read_votes` would not return.
     OSError
         If the file cannot be written.
 
@@ -126,7 +127,7 @@ def write_votes(path: str | PathLike[str], votes: Sequence[Vote]) -> None:
         for name in (vote.action, asked.model_a, asked.model_b, vote.participant):
             if not name or name != name.strip() or "\r" in name:
                 raise ValueError(
-                    f"votes: expected names without blanks around them and carriage returns, got {name!r} in vote "
+                    f"votes: expected names without surrounding blanks or carriage returns, got {name!r} in vote "
                     f"{index}"
                 )
         row = (vote.action, asked.number, asked.sequence, asked.model_a, asked.model_b)
@@ -135,7 +136,7 @@ def write_votes(path: str | PathLike[str], votes: Sequence[Vote]) -> None:
 
 
 def _files(paths: Iterable[Path]) -> Iterator[Path]:
-    """Yield the files, and those of folders."""
+    """Yield the files, and the files in folders."""
     for path in paths:
         if not path.is_dir():
             yield path
@@ -147,8 +148,8 @@ def _files(paths: Iterable[Path]) -> Iterator[Path]:
 
 
 def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
-    """Yield where each vote begins, for errors to begin with, and its cells."""
-    # Files that were joined may have byte order marks inside.
+    """Yield the file and line of each vote, for errors, and its cells."""
+    # Concatenated files may have byte order marks inside.
     text = re.sub("^\ufeff", "", read_text(path), flags=re.MULTILINE)
     first = next((line for line in text.split("\n") if line.strip()), "")
     delimiter = max(_DELIMITERS, key=first.count)
@@ -170,7 +171,7 @@ def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
                 raise ValueError(f"{where}: expected {len(header)} cells, got {len(cells)}")
             yield where, dict(zip(header, cells, strict=True))
     except csv.Error as error:
-        raise ValueError(f"{path}: line {line}: not CSV ({error})") from error
+        raise ValueError(f"{path}: line {line}: invalid CSV ({error})") from error
 
 
 def _read_vote(where: str, cells: Mapping[str, str]) -> Vote:

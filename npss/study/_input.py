@@ -1,4 +1,4 @@
-"""What the functions of a study accept: counts, levels, alternatives; and where scipy comes from."""
+"""Input checks of the study: counts, levels, alternatives; and the import of scipy."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 from npss.extras import install_hint
 from npss.validation import is_integer, is_real, positive_integer
 
-#: What the first proportion may be said to be, compared with the second one.
+#: The alternative hypothesis: the first proportion compared with the second.
 Alternative = Literal["greater", "less", "two-sided"]
 ALTERNATIVES: tuple[Alternative, ...] = get_args(Alternative)
 

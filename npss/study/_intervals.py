@@ -10,9 +10,9 @@ from npss.study._input import count_of, fraction, scipy_stats
 
 
 def wilson_interval(successes: int, n: int, *, level: float = 0.95) -> Interval:
-    """Wilson's score interval of a proportion, without continuity correction.
+    """Return Wilson's score interval of a proportion, without continuity correction.
 
-    Its coverage is the level on average over proportions, and somewhat more or less at any one of them.
+    On average over proportions, its coverage is the level; for a single proportion it is slightly higher or lower.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def wilson_interval(successes: int, n: int, *, level: float = 0.95) -> Interval:
     Raises
     ------
     TypeError, ValueError
-        If the counts are none, or the level is not between 0 and 1.
+        If the counts are invalid, or the level is not between 0 and 1.
 
     References
     ----------
@@ -47,12 +47,12 @@ def wilson_interval(successes: int, n: int, *, level: float = 0.95) -> Interval:
     k, n = count_of("successes", successes, "n", n)
     z = normal_quantile(level)
     centre, half = (k + z * z / 2) / (n + z * z), z / (n + z * z) * math.sqrt(k * (n - k) / n + z * z / 4)
-    # At the ends the exact value is known, and rounding must not leave it.
+    # At the ends the exact value is known; rounding must not change it.
     return Interval(0.0 if k == 0 else centre - half, 1.0 if k == n else centre + half)
 
 
 def clopper_pearson_interval(successes: int, n: int, *, level: float = 0.95) -> Interval:
-    """Clopper and Pearson's exact interval of a proportion: its coverage is never below the level. Needs scipy.
+    """Return Clopper and Pearson's exact interval of a proportion, which covers at least the level. Needs scipy.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def clopper_pearson_interval(successes: int, n: int, *, level: float = 0.95) -> 
     Raises
     ------
     TypeError, ValueError
-        If the counts are none, or the level is not between 0 and 1.
+        If the counts are invalid, or the level is not between 0 and 1.
     ImportError
         If scipy is not installed.
 
@@ -95,7 +95,7 @@ def clopper_pearson_interval(successes: int, n: int, *, level: float = 0.95) -> 
 
 
 def newcombe_interval(a: int, n_a: int, b: int, n_b: int, level: float) -> Interval:
-    """Newcombe's interval of ``a / n_a - b / n_b``, from Wilson's two (his method 10); counts are checked already."""
+    """Return Newcombe's interval of ``a / n_a - b / n_b`` from Wilson's two (method 10); counts must be checked."""
     p, q = a / n_a, b / n_b
     of_a, of_b = wilson_interval(a, n_a, level=level), wilson_interval(b, n_b, level=level)
     return Interval(
@@ -105,5 +105,5 @@ def newcombe_interval(a: int, n_a: int, b: int, n_b: int, level: float) -> Inter
 
 
 def normal_quantile(level: float) -> float:
-    """Return the number of standard deviations around the mean of a normal distribution that hold `level` of it."""
+    """Return the number of standard deviations within which a normal distribution has probability `level`."""
     return -NormalDist().inv_cdf((1 - fraction("level", level)) / 2)

@@ -1,4 +1,4 @@
-"""How far participants agree with each other."""
+"""Agreement of participants with each other."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from npss.validation import real_array
 
 
 def fleiss_kappa(counts: npt.ArrayLike) -> float:
-    """Fleiss' kappa: how far participants agree beyond chance. 1 is full agreement, 0 is chance.
+    """Return Fleiss' kappa: the agreement of participants beyond chance. 1 is full agreement, 0 is chance.
 
     Parameters
     ----------
     counts : (questions, categories) array_like of int
-        How many participants gave each answer to each question.
+        The number of participants who gave each answer to each question.
 
     Returns
     -------
     float
-        Kappa; below 0 where they agree less than by chance.
+        Kappa; below 0 if they agree less than by chance.
 
     Raises
     ------
     TypeError
         If the counts are not whole numbers.
     ValueError
-        If a count is negative, the questions were answered by different numbers of participants or by fewer than two,
-        or all answers are of one category: then kappa is 0/0.
+        If a count is negative, questions were answered by different numbers of participants or by fewer than two, or
+        all answers are the same, so that kappa is 0/0.
 
     References
     ----------
@@ -45,7 +45,7 @@ def fleiss_kappa(counts: npt.ArrayLike) -> float:
 
 
 def kappa(counts: npt.ArrayLike, questions: Sequence[str] | None = None) -> float:
-    """Do what `fleiss_kappa` does, with names of the questions for errors; by default, question 1, question 2 ..."""
+    """Compute `fleiss_kappa`, with names of questions for errors; by default, question 1, question 2, ..."""
     array = real_array("counts", counts)
     if array.dtype.kind not in "iu":
         raise TypeError(f"counts: expected whole numbers, got dtype {array.dtype}")
@@ -59,14 +59,14 @@ def kappa(counts: npt.ArrayLike, questions: Sequence[str] | None = None) -> floa
         other = int(np.argmax(raters != raters[0]))
         raise ValueError(
             f"counts: {names[0]} was answered by {raters[0]} participants, {names[other]} by {raters[other]}: "
-            f"kappa needs as many for each"
+            f"kappa needs equal numbers"
         )
     n = float(raters[0])
     if n < 2:
         raise ValueError(f"counts: agreement needs two participants or more, got {raters[0]}")
     shares = array.sum(axis=0) / array.sum()
     if shares.max() == 1:
-        raise ValueError("counts: all answers are of one category, so kappa is 0/0: chance alone agrees in full")
+        raise ValueError("counts: all answers are the same, so kappa is 0/0: chance alone gives full agreement")
     by_chance = float(np.square(shares).sum())
     agreeing = float((array * (array - 1.0)).sum(axis=1).mean() / (n * (n - 1)))
     return (agreeing - by_chance) / (1 - by_chance)

@@ -1,4 +1,4 @@
-"""The test of two proportions from the same questions."""
+"""A test of two proportions from the same questions."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from npss.validation import is_integer, one_of
 
 @dataclass(frozen=True, kw_only=True)
 class PairedTest:
-    """A test of two proportions from the same questions.
+    """The result of a test of two proportions from the same questions.
 
     Attributes
     ----------
     method : str
-        Which test.
+        The name of the test.
     alternative : {'greater', 'less', 'two-sided'}
-        What `p_value` tests against equal proportions: that a's is greater than b's, less, or either.
+        The alternative to equal proportions: a's is greater than b's, less, or either.
     only_a, only_b : int
-        Questions on which a alone succeeded, and b alone: the others do not tell the two apart.
+        Questions on which only a succeeded, and only b; the others do not tell the two apart.
     p_value : float
         The p-value.
 
@@ -39,17 +39,17 @@ class PairedTest:
 
 
 def mcnemar_test(only_a: int, only_b: int, *, alternative: Alternative = "greater") -> PairedTest:
-    """McNemar's exact test: which of two succeeds more often on the same questions.
+    """Test by McNemar's exact test which of two succeeds more often on the same questions.
 
-    Of the questions that tell the two apart, each falls to either with probability 1/2 if the proportions are equal: a
-    binomial test.
+    If the proportions are equal, each question that tells the two apart favours either with probability 1/2: a binomial
+    test.
 
     Parameters
     ----------
     only_a : int
-        Questions on which the first alone succeeded.
+        Questions on which only the first succeeded.
     only_b : int
-        Questions on which the second alone succeeded.
+        Questions on which only the second succeeded.
     alternative : {'greater', 'less', 'two-sided'}, optional
         Whether the first succeeds more often than the second, less often, or either (twice the smaller one-sided
         p-value).
@@ -57,7 +57,7 @@ def mcnemar_test(only_a: int, only_b: int, *, alternative: Alternative = "greate
     Returns
     -------
     PairedTest
-        If no question tells the two apart, its p-value is 1.
+        The result. If no question tells the two apart, the p-value is 1.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def mcnemar_test(only_a: int, only_b: int, *, alternative: Alternative = "greate
 
     See Also
     --------
-    joint_agreement : counts the questions.
+    joint_agreement : count the questions.
 
     References
     ----------
@@ -94,7 +94,7 @@ def mcnemar_test(only_a: int, only_b: int, *, alternative: Alternative = "greate
 
 
 def _tail(least: int, n: int) -> float:
-    """Return the probability of `least` heads or more of `n` tosses, as exact as a float can be."""
+    """Return the probability of at least `least` heads in `n` tosses, correctly rounded."""
     heads, ways = 0, comb(n, least)
     for k in range(least, n + 1):
         heads += ways

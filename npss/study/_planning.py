@@ -1,4 +1,4 @@
-"""How many questions a study needs."""
+"""Power and sample size of a study."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def power(
     alpha: float = 0.05,
     correction: bool = True,
 ) -> float:
-    """Power of `binomial_test`: how probably it finds a difference that is there.
+    """Return the power of `binomial_test`: the probability that it finds a true difference.
 
-    The usual normal approximation: pooled variance under the null hypothesis, each proportion's own under the
+    This is the usual normal approximation: pooled variance under the null hypothesis, separate variances under the
     alternative.
 
     Parameters
@@ -35,11 +35,11 @@ def power(
     n_a : int
         Trials of the first sample.
     n_b : int, optional
-        Trials of the second sample: as many by default.
+        Trials of the second sample (default: `n_a`).
     alternative : {'greater', 'less', 'two-sided'}, optional
         As for `binomial_test`.
     alpha : float, optional
-        Level of significance.
+        Significance level.
     correction : bool, optional
         As for `binomial_test`.
 
@@ -77,25 +77,25 @@ def sample_size(
     alpha: float = 0.05,
     correction: bool = True,
 ) -> int:
-    """Return how many trials each sample needs for `binomial_test` to have a power.
+    """Return the number of trials per sample that gives `binomial_test` a power.
 
     Parameters
     ----------
     p_a, p_b : float
         The true proportions, between 0 and 1.
     power : float, optional
-        How probably the test is to find the difference.
+        The probability of finding the difference.
     alternative : {'greater', 'less', 'two-sided'}, optional
         As for `binomial_test`.
     alpha : float, optional
-        Level of significance.
+        Significance level.
     correction : bool, optional
         As for `binomial_test`.
 
     Returns
     -------
     int
-        Trials of each of two equal samples: the fewest for which the function `power` gives at least that.
+        Trials of each of two equal samples: the fewest whose power is at least `power`.
 
     Raises
     ------
@@ -113,18 +113,18 @@ def sample_size(
     122
     """
     values = _checked(p_a, p_b, alternative, alpha, correction)
-    wanted = fraction("power", power)
+    target = fraction("power", power)
     if p_a == p_b or (alternative != "two-sided" and (p_a > p_b) != (alternative == "greater")):
         raise ValueError(
             f"p_a: {p_a} and p_b = {p_b} do not differ in the direction of the alternative {alternative!r}: "
-            f"no number of trials shows it"
+            f"no number of trials can show it"
         )
     most = 1
-    while _power(*values, most, most) < wanted:
+    while _power(*values, most, most) < target:
         most *= 2
         if most > _MOST:
-            raise ValueError(f"p_a: {p_a} is too close to p_b = {p_b}: more than {_MOST} trials would be needed")
-    return 1 + bisect_left(range(1, most + 1), wanted, key=lambda n: _power(*values, n, n))
+            raise ValueError(f"p_a: {p_a} is too close to p_b = {p_b}: it would take more than {_MOST} trials")
+    return 1 + bisect_left(range(1, most + 1), target, key=lambda n: _power(*values, n, n))
 
 
 def _checked(

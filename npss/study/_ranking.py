@@ -1,4 +1,4 @@
-"""How a metric ranks models, and which of two it prefers."""
+"""Ranks of models by a metric, and its predictions for questions."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from npss.validation import each, is_real
 def model_scores(
     records: Sequence[Mapping[str, Any]], models: Sequence[str], *, action: str, metric: str
 ) -> dict[str, float]:
-    """Take the scores by which a metric ranks models from records.
+    """Read the scores of models by a metric from records.
 
     Parameters
     ----------
     records : sequence of dict
-        As ``npss-baselines evaluate --format json`` prints and `npss.published.records` returns.
+        Records as ``npss-baselines evaluate --format json`` prints and `npss.published.records` returns them.
     models : sequence of str
         The models.
     action : str
         The action.
     metric : str
         ``'euler_error'``, the sum of the Euler errors at 80, 160, 320, 400, 560 and 1000 ms, by which the NPSS paper
-        ranks ("MSE"); the NPSS over all frames by a convention: ``'paper'``, ``'released'``, ``'literal'``; or the
-        column of another metric that the records hold.
+        ranks ("MSE"); a convention of NPSS over all frames: ``'paper'``, ``'released'``, ``'literal'``; or the column
+        of another metric in the records.
 
     Returns
     -------
@@ -54,24 +54,24 @@ def model_scores(
     """
     scores: dict[str, float] = {}
     signatures: dict[str, str] = {}
-    there = [
+    scored = [
         (record, score)
         for record in records
         if record.get("action") == action and (score := score_of(record, metric)) is not None
     ]
     for model in each("models", models, "names"):
-        found = [(record, score) for record, score in there if record.get("model") == model]
-        if len(found) != 1:
-            others = ", ".join(repr(record.get("model")) for record, _ in there) or "none"
+        matches = [(record, score) for record, score in scored if record.get("model") == model]
+        if len(matches) != 1:
+            others = ", ".join(repr(record.get("model")) for record, _ in scored) or "none"
             raise ValueError(
-                f"records: expected one with {metric} of {model!r}, action {action!r}, got {len(found)}; "
-                f"those of the action with it are of: {others}"
+                f"records: expected one with {metric} of {model!r} on {action!r}, got {len(matches)}; models with "
+                f"this score: {others}"
             )
-        ((record, scores[model]),) = found
+        ((record, scores[model]),) = matches
         signatures[model] = record.get("signatures", {}).get(metric, "not stated")
     if len(set(signatures.values())) > 1:
-        stated = "; ".join(f"{model}: {text}" for model, text in signatures.items())
-        raise ValueError(f"records: the scores by {metric} have different signatures, so they are no ranking: {stated}")
+        texts = "; ".join(f"{model}: {signature}" for model, signature in signatures.items())
+        raise ValueError(f"records: scores by {metric} have different signatures, so they cannot be ranked: {texts}")
     return scores
 
 
@@ -83,14 +83,14 @@ def rank(scores: Mapping[str, float], *, lower_is_better: bool = True) -> dict[s
     scores : mapping of str to float
         The score of each model.
     lower_is_better : bool, optional
-        Whether the lowest is the best, or the highest.
+        Whether the lowest score is the best, or the highest.
 
     Returns
     -------
     dict of str to int
-        Ranks from 1 on, the best model first. Equal scores share a rank, and the ranks after it are left out: 1, 2, 2,
-        4 ("competition ranking"). Scores that differ by at most 1e-9 of the larger, or by 1e-12, are equal: that much
-        is rounding.
+        Ranks from 1, the best model first. Equal scores share a rank, and the next ranks are skipped: 1, 2, 2, 4
+        ("competition ranking"). Scores are equal if they differ by at most 1e-9 of the larger, or by 1e-12, which is
+        rounding.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def rank(scores: Mapping[str, float], *, lower_is_better: bool = True) -> dict[s
 
 
 def predict(question: Question, ranking: Mapping[str, int]) -> Choice:
-    """Say which of a question's two models a metric prefers: the one that it ranks better.
+    """Predict the answer to a question: the model with the better rank.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def predict(question: Question, ranking: Mapping[str, int]) -> Choice:
     Returns
     -------
     {'A', 'B', 'tie'}
-        ``'tie'`` where both have the same rank: then the metric predicts nothing.
+        The prediction; ``'tie'`` if both models have the same rank.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Everything that the votes of a study tell, as values for JSON; with scores, what they tell of the metrics."""
+"""Results of a study as values for JSON: votes on models, and with scores, the agreement of metrics."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from npss.study._votes import CHOICES, Choice, Count, Vote, count_votes
 
 #: Confidence level of all intervals.
 LEVEL = 0.95
-#: How the numbers are meant.
+#: The meanings of the numbers.
 MEANINGS = {
-    "majorities": "the more votes of A and B; votes for a tie count for neither; equal numbers are a tie",
-    "fleiss_kappa": "Fleiss 1971 with the categories A, B and tie; 1: participants agree in full, 0: by chance",
-    "score": "lower is better, unless the signature says better:higher; that of euler_error is the sum at 80, 160, "
-    "320, 400, 560 and 1000 ms",
-    "rank": "scores that are equal but for rounding (1e-9 of them) share a rank, and the ranks after it are left out",
-    "rate": f"agreed of the questions without a tie, with Wilson's interval of level {LEVEL:g}",
-    "binomial_test": "takes the metrics' answers as independent samples, as the NPSS paper does; they are not",
+    "majorities": "A or B, whichever has more votes; votes for a tie count for neither; equal numbers are a tie",
+    "fleiss_kappa": "Fleiss 1971 with the categories A, B and tie; 1: full agreement of participants, 0: chance",
+    "score": "lower is better, unless the signature says better:higher; euler_error is the sum at 80, 160, 320, 400, "
+    "560 and 1000 ms",
+    "rank": "scores that are equal up to rounding (1e-9 of them) share a rank, and the next ranks are skipped",
+    "rate": f"share of the questions without a tie, with Wilson's interval of level {LEVEL:g}",
+    "binomial_test": "treats the metrics' answers as independent samples, as the NPSS paper does; they are not",
     "mcnemar_test": "the test for two metrics that answer the same questions",
 }
 
@@ -40,7 +40,7 @@ def summary(
     conventions: Sequence[str] | None = None,
     alternative: Alternative = "greater",
 ) -> dict[str, Any]:
-    """Return what votes tell of models and participants, and with records of their scores, of metrics.
+    """Summarise votes on models, and with records of their scores, the agreement of metrics.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def summary(
     records : sequence of dict, optional
         As for `model_scores`.
     conventions : sequence of str, optional
-        Conventions of NPSS that the records must have; by default those that they have.
+        Conventions of NPSS that the records must have (default: those that they have).
     alternative : {'greater', 'less', 'two-sided'}, optional
         Whether NPSS agrees with the majority more often than the Euler error, less often, or either.
 
@@ -60,7 +60,7 @@ def summary(
     """
     counts = count_votes(votes)
     actions = list(dict.fromkeys(count.action for count in counts))
-    told: dict[str, Any] = {
+    results: dict[str, Any] = {
         "overall": _participants(votes, counts),
         "actions": {
             action: _participants([vote for vote in votes if vote.action == action], _of(action, counts))
@@ -69,8 +69,8 @@ def summary(
         "pairs": _pairs(counts),
     }
     if records is not None:
-        told |= _metrics(counts, records, conventions, alternative)
-    return told | {"meanings": MEANINGS}
+        results |= _metrics(counts, records, conventions, alternative)
+    return results | {"meanings": MEANINGS}
 
 
 def _of(action: str, counts: Sequence[Count]) -> list[Count]:
@@ -78,9 +78,9 @@ def _of(action: str, counts: Sequence[Count]) -> list[Count]:
 
 
 def _participants(votes: Sequence[Vote], counts: Sequence[Count]) -> dict[str, Any]:
-    """Return how many voted, for what, and how far they agreed."""
+    """Return the numbers of votes and majorities, and the agreement of participants."""
     majorities = [count.majority for count in counts]
-    told: dict[str, Any] = {
+    results: dict[str, Any] = {
         "questions": len(counts),
         "participants": len({vote.participant for vote in votes}),
         "votes": len(votes),
@@ -88,26 +88,26 @@ def _participants(votes: Sequence[Vote], counts: Sequence[Count]) -> dict[str, A
         "fleiss_kappa": None,
     }
     try:
-        told["fleiss_kappa"] = kappa(
+        results["fleiss_kappa"] = kappa(
             [[count.a, count.b, count.tie] for count in counts],
             [f"question {count.question.number} of {count.action}" for count in counts],
         )
     except ValueError as error:
-        told["fleiss_kappa_undefined"] = str(error).removeprefix("counts: ")
-    return told
+        results["fleiss_kappa_undefined"] = str(error).removeprefix("counts: ")
+    return results
 
 
 def _pairs(counts: Sequence[Count]) -> list[dict[str, Any]]:
-    """Return for each pair of models how many votes and majorities each of the two won."""
+    """Return the votes and majorities that each model won, for each pair of models."""
     pairs: dict[tuple[str, str], dict[str, Any]] = {}
     for count in counts:
         models, won = [count.question.model_a, count.question.model_b], [count.a, count.b]
         majority = [count.majority == "A", count.majority == "B"]
         if models[0] > models[1]:
             models, won, majority = models[::-1], won[::-1], majority[::-1]
-        nothing = {"models": models, "questions": 0, "votes": [0, 0], "tied_votes": 0}
-        nothing |= {"majorities": [0, 0], "tied_majorities": 0}
-        pair = pairs.setdefault((models[0], models[1]), nothing)
+        empty = {"models": models, "questions": 0, "votes": [0, 0], "tied_votes": 0}
+        empty |= {"majorities": [0, 0], "tied_majorities": 0}
+        pair = pairs.setdefault((models[0], models[1]), empty)
         pair["questions"] += 1
         pair["votes"] = [x + y for x, y in zip(pair["votes"], won, strict=True)]
         pair["tied_votes"] += count.tie
@@ -122,7 +122,7 @@ def _metrics(
     conventions: Sequence[str] | None,
     alternative: Alternative,
 ) -> dict[str, Any]:
-    """Return how the metrics rank the models, how often the majority agrees with each, and with which the more."""
+    """Return the rankings of models by each metric, its agreement with the majority, and the tests."""
     models = {
         count.action: list(
             dict.fromkeys(
@@ -133,22 +133,22 @@ def _metrics(
         )
         for count in counts
     }
-    asked = [record for record in records if record.get("model") in models.get(record.get("action", ""), ())]
-    others = dict.fromkeys(column for record in asked for column in record.get("metrics", {}))
-    asked_for = (*(CONVENTIONS if conventions is None else conventions), EULER_ERROR.name, *others)
+    relevant = [record for record in records if record.get("model") in models.get(record.get("action", ""), ())]
+    others = dict.fromkeys(column for record in relevant for column in record.get("metrics", {}))
+    candidates = (*(CONVENTIONS if conventions is None else conventions), EULER_ERROR.name, *others)
     names = [
         name
-        for name in asked_for
-        if name in (conventions or ()) or any(score_of(record, name) is not None for record in asked)
+        for name in candidates
+        if name in (conventions or ()) or any(score_of(record, name) is not None for record in relevant)
     ]
     if not names:
         voted = "; ".join(f"{action}: {', '.join(of_action)}" for action, of_action in models.items())
-        raise ValueError(f"records: neither NPSS nor the Euler error of what was voted on ({voted})")
+        raise ValueError(f"records: neither NPSS nor the Euler error of the models in the votes ({voted})")
     metrics: dict[str, Any] = {}
     predictions: dict[str, list[Choice]] = {}
     for name in names:
-        scores = {action: model_scores(asked, models[action], action=action, metric=name) for action in models}
-        signatures = {action: _signature(asked, action, name) for action in models}
+        scores = {action: model_scores(relevant, models[action], action=action, metric=name) for action in models}
+        signatures = {action: _signature(relevant, action, name) for action in models}
         own = name in CONVENTIONS or name == EULER_ERROR.name
         higher = {action: bool(not own and text and higher_is_better(text)) for action, text in signatures.items()}
         ranks = {action: rank(scores[action], lower_is_better=not higher[action]) for action in models}
@@ -176,7 +176,7 @@ def _metrics(
 
 
 def _signature(records: Sequence[Mapping[str, Any]], action: str, metric: str) -> str | None:
-    """Return the signature of the scores of an action: `model_scores` has seen that all models have the same."""
+    """Return the signature of the scores of an action; `model_scores` has checked that all models share it."""
     first = next(r for r in records if r["action"] == action and score_of(r, metric) is not None)
     text: str | None = first.get("signatures", {}).get(metric)
     return text
@@ -195,7 +195,7 @@ def _agreement(counts: Sequence[Count], ranks: Mapping[str, Mapping[str, int]]) 
 def _comparison(
     first: Sequence[Choice], second: Sequence[Choice], majorities: Sequence[Choice], side: Alternative
 ) -> dict[str, Any]:
-    """Return the tests of two metrics: that of independent samples, and that of paired ones."""
+    """Return the tests of two metrics, for independent and for paired samples."""
     a, b, joint = (
         agreement(first, majorities),
         agreement(second, majorities),

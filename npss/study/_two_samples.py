@@ -1,4 +1,4 @@
-"""Tests of two proportions from independent samples: the paper's, and two exact ones."""
+"""Tests of two proportions from independent samples: the NPSS paper's, and two exact ones."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from npss.validation import one_of
 
 @dataclass(frozen=True, kw_only=True)
 class ProportionTest:
-    """A test of two proportions, of which the samples are independent.
+    """The result of a test of two proportions from independent samples.
 
     Attributes
     ----------
     method : str
-        Which test.
+        The name of the test.
     alternative : {'greater', 'less', 'two-sided'}
-        What `p_value` tests against equal proportions: that a's is greater than b's, less, or either.
+        The alternative to equal proportions: a's is greater than b's, less, or either.
     statistic : float
-        The test's statistic: z, positive where a's proportion is greater; Fisher's: the odds ratio; Boschloo's:
-        Fisher's p-value.
+        The test statistic. Of the z test: z, positive if a's proportion is greater; of Fisher's: the odds ratio; of
+        Boschloo's: Fisher's p-value.
     p_value : float
         The p-value.
     proportion_a, proportion_b, difference : float
-        The two proportions, and the first less the second.
+        The two proportions, and the first minus the second.
     interval_a, interval_b : Interval
         Wilson's intervals of the proportions.
     interval_difference : Interval
         Newcombe's interval of the difference.
     level : float
-        Confidence level of the three intervals. They are two-sided, whatever the alternative.
+        Confidence level of the three intervals. They are two-sided under any alternative.
 
     Examples
     --------
@@ -68,40 +68,40 @@ def binomial_test(
     correction: bool = True,
     level: float = 0.95,
 ) -> ProportionTest:
-    """Two-proportion z test with pooled variance: the test of the NPSS paper's user study.
+    """Test two proportions by the z test with pooled variance, as in the NPSS paper's user study.
 
-    One-sided and corrected, as by default here, it gives the paper's p-value. The two samples are taken as independent.
-    Those of two metrics that answered the same questions are not: `mcnemar_test` is the test for them.
+    One-sided and corrected, the default, it gives the paper's p-value. The test assumes independent samples. Two
+    metrics that answer the same questions do not give independent samples: use `mcnemar_test` for them.
 
     Parameters
     ----------
     a, n_a : int
         Successes and trials of the first sample.
     b, n_b : int
-        Those of the second sample.
+        Successes and trials of the second sample.
     alternative : {'greater', 'less', 'two-sided'}, optional
         Whether the first proportion is greater than the second, less, or either.
     correction : bool, optional
-        Yates' continuity correction: the difference is moved towards zero by half of 1 / n_a + 1 / n_b, but not
-        beyond zero (as R's ``prop.test``, whatever the alternative).
+        Yates' continuity correction: move the difference towards zero by half of 1 / n_a + 1 / n_b, but not beyond
+        zero (as R's ``prop.test``, under any alternative).
     level : float, optional
         Confidence level of the intervals, which are not corrected.
 
     Returns
     -------
     ProportionTest
-        With the z statistic. Where all trials succeeded, or none, there is no variance and no difference: the statistic
-        is 0, and the p-value 1 under every alternative, as that of the exact tests.
+        The result, with the z statistic. If all trials succeed, or none, there is no variance and no difference: the
+        statistic is 0, and the p-value is 1 under any alternative, as in the exact tests.
 
     Raises
     ------
     TypeError, ValueError
-        If the counts are none, or an option is not one of its values.
+        If the counts are invalid, or an option is not one of its values.
 
     See Also
     --------
-    fisher_test, boschloo_test : exact tests of the same.
-    mcnemar_test : for paired answers.
+    fisher_test, boschloo_test : exact tests of the same hypothesis.
+    mcnemar_test : the test for paired answers.
 
     References
     ----------
@@ -139,14 +139,14 @@ def binomial_test(
 def fisher_test(
     a: int, n_a: int, b: int, n_b: int, *, alternative: Alternative = "greater", level: float = 0.95
 ) -> ProportionTest:
-    """Fisher's exact test of two proportions: conditional on the total of successes, and conservative. Needs scipy.
+    """Test two proportions by Fisher's exact test: conditional on the total of successes, conservative. Needs scipy.
 
     Parameters
     ----------
     a, n_a : int
         Successes and trials of the first sample.
     b, n_b : int
-        Those of the second sample.
+        Successes and trials of the second sample.
     alternative : {'greater', 'less', 'two-sided'}, optional
         Whether the first proportion is greater than the second, less, or either.
     level : float, optional
@@ -155,18 +155,18 @@ def fisher_test(
     Returns
     -------
     ProportionTest
-        Its statistic is the odds ratio of the sample: infinite or NaN where it divides by zero.
+        The result. Its statistic is the odds ratio of the sample, infinite or NaN if that divides by zero.
 
     Raises
     ------
     TypeError, ValueError
-        If the counts are none, or an option is not one of its values.
+        If the counts are invalid, or an option is not one of its values.
     ImportError
         If scipy is not installed.
 
     See Also
     --------
-    boschloo_test : exact too, and never less powerful.
+    boschloo_test : also exact, and never less powerful.
 
     References
     ----------
@@ -188,14 +188,14 @@ def fisher_test(
 def boschloo_test(
     a: int, n_a: int, b: int, n_b: int, *, alternative: Alternative = "greater", level: float = 0.95
 ) -> ProportionTest:
-    """Boschloo's exact test of two proportions: unconditional, and never less powerful than Fisher's. Needs scipy.
+    """Test two proportions by Boschloo's exact test: unconditional, never less powerful than Fisher's. Needs scipy.
 
     Parameters
     ----------
     a, n_a : int
         Successes and trials of the first sample.
     b, n_b : int
-        Those of the second sample.
+        Successes and trials of the second sample.
     alternative : {'greater', 'less', 'two-sided'}, optional
         Whether the first proportion is greater than the second, less, or either (twice the smaller one-sided
         p-value).
@@ -205,12 +205,12 @@ def boschloo_test(
     Returns
     -------
     ProportionTest
-        Its statistic is the p-value of Fisher's test. Where all trials succeeded, or none, both are 1.
+        The result. Its statistic is the p-value of Fisher's test. If all trials succeed, or none, both are 1.
 
     Raises
     ------
     TypeError, ValueError
-        If the counts are none, or an option is not one of its values.
+        If the counts are invalid, or an option is not one of its values.
     ImportError
         If scipy is not installed.
 
@@ -228,8 +228,8 @@ def boschloo_test(
     one_of("alternative", alternative, ALTERNATIVES)
     statistic = p = 1.0
     if a + b not in (0, n_a + n_b):
-        found = scipy_stats("boschloo_test").boschloo_exact([[a, b], [n_a - a, n_b - b]], alternative=alternative)
-        statistic, p = float(found.statistic), float(found.pvalue)
+        result = scipy_stats("boschloo_test").boschloo_exact([[a, b], [n_a - a, n_b - b]], alternative=alternative)
+        statistic, p = float(result.statistic), float(result.pvalue)
     return _result("Boschloo's exact test", alternative, statistic, p, a, n_a, b, n_b, level)
 
 

@@ -1,4 +1,4 @@
-"""Votes: what they are, how they are counted, and how to make some up."""
+"""Votes: count them, or simulate them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Literal, get_args
 from npss.study._design import Question
 from npss.validation import Seed, generator, is_real, positive_integer, renamed
 
-#: What a participant may answer: the motion on the left, the one on the right, or neither.
+#: The answers to a question: the motion on the left, the motion on the right, or neither.
 Choice = Literal["A", "B", "tie"]
 CHOICES: tuple[Choice, ...] = get_args(Choice)
 
@@ -22,7 +22,7 @@ class Vote:
     Attributes
     ----------
     action : str
-        The action whose survey the question is of.
+        The action of the survey.
     question : Question
         The question.
     participant : str
@@ -50,11 +50,11 @@ class Count:
     Attributes
     ----------
     action : str
-        The action whose survey the question is of.
+        The action of the survey.
     question : Question
         The question.
     a, b, tie : int
-        How many voted for A, for B, and for neither.
+        The number of votes for A, for B, and for neither.
 
     Examples
     --------
@@ -84,28 +84,28 @@ def simulate_votes(
     action: str,
     seed: Seed,
 ) -> list[Vote]:
-    """Make up the votes of a study, to try the way from votes to tests: no participant was asked.
+    """Simulate the votes of a study, to try the analysis without participants.
 
-    By the model of Bradley and Terry: A is chosen with probability 1 / (1 + exp(strength of B - strength of A)), every
-    vote alone.
+    In the model of Bradley and Terry, A is chosen with probability 1 / (1 + exp(strength of B - strength of A)),
+    independently in each vote.
 
     Parameters
     ----------
     questions : sequence of Question
-        As `design` draws them.
+        Questions from `design`.
     strengths : mapping of str to float
-        How well each model is liked; equal strengths make a question a toss.
+        The strength of each model; between equal strengths, either answer has probability 1/2.
     n_participants : int
-        How many participants answer all questions.
+        The number of participants, who answer all questions.
     action : str
-        What the votes name as the action.
+        The action of the votes.
     seed : int or numpy.random.Generator
-        Where randomness comes from; with the same number, the same votes.
+        The seed of the generator; the same number gives the same votes.
 
     Returns
     -------
     list of Vote
-        Of participants ``'p1'``, ``'p2'``, ...; all their answers are A or B.
+        The votes of participants ``'p1'``, ``'p2'``, ...; all answers are A or B.
 
     Raises
     ------
@@ -145,12 +145,12 @@ def count_votes(votes: Sequence[Vote]) -> list[Count]:
     Parameters
     ----------
     votes : sequence of Vote
-        As `read_votes` returns them.
+        Votes from `read_votes`.
 
     Returns
     -------
     list of Count
-        One for each question of each action, in the order in which they first appear.
+        A count for each question of each action, in the order of first appearance.
 
     Raises
     ------
@@ -170,4 +170,4 @@ def count_votes(votes: Sequence[Vote]) -> list[Count]:
         if vote.choice not in CHOICES:
             raise ValueError(f"votes: expected a choice of {', '.join(CHOICES)}, got {vote.choice!r}")
         counts.setdefault((vote.action, vote.question), dict.fromkeys(CHOICES, 0))[vote.choice] += 1
-    return [Count(action, question, *of.values()) for (action, question), of in counts.items()]
+    return [Count(action, question, *numbers.values()) for (action, question), numbers in counts.items()]

@@ -67,12 +67,12 @@ def test_arrays_of_sequences():
 @pytest.mark.parametrize(
     ("changed", "error", "message"),
     [
-        ({"models": ["one"]}, ValueError, r"models: expected 2 or more, each once, got \['one'\]"),
-        ({"models": ["one", "two", "one"]}, ValueError, "models: expected 2 or more, each once"),
+        ({"models": ["one"]}, ValueError, r"models: expected 2 or more without duplicates, got \['one'\]"),
+        ({"models": ["one", "two", "one"]}, ValueError, "models: expected 2 or more without duplicates"),
         ({"models": "one two"}, TypeError, "models: expected a sequence of names"),
         ({"models": ["one", 2]}, TypeError, "models: expected names, got 2"),
-        ({"sequences": []}, ValueError, "sequences: expected 1 or more, each once"),
-        ({"sequences": [1, 1]}, ValueError, "sequences: expected 1 or more, each once"),
+        ({"sequences": []}, ValueError, "sequences: expected 1 or more without duplicates"),
+        ({"sequences": [1, 1]}, ValueError, "sequences: expected 1 or more without duplicates"),
         ({"sequences": 8}, TypeError, "sequences: expected a sequence of whole numbers, got 8"),
         ({"sequences": [0.5]}, TypeError, r"sequences: expected whole numbers, got 0\.5"),
         ({"n_questions": 0}, ValueError, "n_questions: expected a positive integer, got 0"),

@@ -83,12 +83,12 @@ class TestScores:
     @pytest.mark.parametrize(
         ("records", "message"),
         [
-            ([], "expected one with paper of 'one', action 'walking', got 0; .* are of: none$"),
+            ([], "expected one with paper of 'one' on 'walking', got 0; .* this score: none$"),
             ([record("one", "eating", npss={"paper": 1.0})], "got 0"),
             ([record("one", npss={"released": 1.0})], "got 0"),
             (
                 [record(name, npss={"paper": 1.0}) for name in ("two", "three")],
-                "got 0; those .* are of: 'two', 'three'$",
+                "got 0; models with this score: 'two', 'three'$",
             ),
             ([record("one", npss={"paper": 1.0})] * 2, "got 2"),
         ],
@@ -103,7 +103,7 @@ class TestScores:
 
     def test_they_must_be_comparable(self):
         records = [record("one", npss={"paper": 1.0}), record("two", signature="t", npss={"paper": 1.0})]
-        with pytest.raises(ValueError, match=r"records: the scores by paper have different signatures.*one: s; two: t"):
+        with pytest.raises(ValueError, match=r"records: scores by paper have different signatures.*one: s; two: t"):
             study.model_scores(records, ["one", "two"], action="walking", metric="paper")
         assert study.model_scores(records, ["two"], action="walking", metric="paper") == {"two": 1.0}
 

@@ -169,11 +169,11 @@ class TestFiles:
             ("walking,1,٤,GRU-d,VGRU-d,p2,A", "sequence: expected a whole number, got '٤'"),
             (f"walking,1,{'9' * 5000},GRU-d,VGRU-d,p2,A", "sequence: expected a whole number, got '999"),
             ("walking,2,4,GRU-d,GRU-d,p2,A", "model_a and model_b are both 'GRU-d'"),
-            ("walking,1,5,GRU-d,VGRU-d,p2,A", r"question 1 of walking is another one than before: Question\(number=1"),
-            ("walking,1,4,VGRU-d,GRU-d,p2,A", "question 1 of walking is another one than before"),
+            ("walking,1,5,GRU-d,VGRU-d,p2,A", r"question 1 of walking differs from before: Question\(number=1"),
+            ("walking,1,4,VGRU-d,GRU-d,p2,A", "question 1 of walking differs from before"),
             ("walking,1,4,GRU-d,VGRU-d,p1,B", "participant 'p1' answers question 1 of walking again, after .* line 2"),
-            ('walking,1,4,GRU-d,VGRU-d,"p"2,A', "not CSV"),
-            ('walking,1,4,GRU-d,"VGRU-d\n\n,p2,A', "not CSV"),
+            ('walking,1,4,GRU-d,VGRU-d,"p"2,A', "invalid CSV"),
+            ('walking,1,4,GRU-d,"VGRU-d\n\n,p2,A', "invalid CSV"),
             ('walking,1,4,GRU-d,"VGRU\n-d",p2,C', "choice: expected A, B, tie, got 'C'"),
         ],
     )
@@ -230,7 +230,7 @@ class TestFiles:
             study.Vote("walking", FIRST, "p1", "A"),
             study.Vote(of["action"], question, of["participant"], "A"),
         ]
-        with pytest.raises(ValueError, match=r"votes: expected names without blanks .*, got '.*' in vote 2"):
+        with pytest.raises(ValueError, match=r"votes: expected names without .*, got '.*' in vote 2"):
             study.write_votes(path, votes)
         assert path.read_text(encoding="utf-8") == "old\n"
 
@@ -337,7 +337,7 @@ class TestKappa:
         [
             ([[3, 1], [4, 0], [2, 3]], ValueError, "question 1 was answered by 4 participants, question 3 by 5"),
             ([[3, 1], [2, 3], [4, 0]], ValueError, "question 1 was answered by 4 participants, question 2 by 5"),
-            ([[3, 0], [3, 0]], ValueError, "all answers are of one category, so kappa is 0/0"),
+            ([[3, 0], [3, 0]], ValueError, "all answers are the same, so kappa is 0/0"),
             ([[1, 0], [0, 1]], ValueError, "agreement needs two participants or more, got 1"),
             ([[0, 0]], ValueError, "agreement needs two participants or more, got 0"),
             ([[3, 1], [5, -1]], ValueError, "negative in question 2"),
