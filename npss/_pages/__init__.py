@@ -1,4 +1,4 @@
-"""Pages of HTML, each one file that needs nothing else: the survey of a user study, and the report."""
+"""Self-contained HTML pages: the survey of a user study, and the report."""
 
 from npss._pages.report import Figure, report_page
 from npss._pages.survey import survey, survey_page

@@ -1,4 +1,4 @@
-"""The frame of a page: styles, scripts and data in one file, which may not ask the network for anything."""
+"""The frame of a page: styles, scripts and data in one file, without access to the network."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import numpy.typing as npt
 from npss.skeleton import Skeleton
 from npss.validation import Array, check_finite, positive_number, real_array
 
-_LARGEST = 2**15 - 1  # mm; positions are kept as 16-bit integers
+_LARGEST = 2**15 - 1  # mm; positions are stored as 16-bit integers
 
 
 def page(*, title: str, body: str, scripts: Sequence[str], data: object) -> str:
@@ -25,17 +25,17 @@ def page(*, title: str, body: str, scripts: Sequence[str], data: object) -> str:
     Parameters
     ----------
     title : str
-        Its title, as plain text.
+        The title, as plain text.
     body : str
-        HTML, in which what comes from outside is escaped.
+        The body as HTML, with all user text escaped.
     scripts : sequence of str
-        The names of files of this folder, run in this order.
+        Names of script files in this folder, run in this order.
     data : object
-        What the scripts find, as JSON, in the element ``data``.
+        Data for the scripts, as JSON in the element ``data``.
     """
     script = "".join(resource(name) for name in scripts)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    # No script runs but this one, and nothing is fetched: not even a font.
+    # No other script runs, and nothing is fetched, not even a font.
     policy = (
         f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data:; "
         "base-uri 'none'; form-action 'none'"
@@ -60,18 +60,18 @@ def page(*, title: str, body: str, scripts: Sequence[str], data: object) -> str:
 
 
 def resource(name: str) -> str:
-    """Return the text of a file of this folder."""
+    """Return the text of a file in this folder."""
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
 def inline_json(data: object) -> str:
-    """Write JSON that may stand in a script element: without a character that could end it."""
+    """Write JSON for a script element, without characters that could end the element."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
 def figure(skeleton: Skeleton, fps: float) -> dict[str, Any]:
-    """Return what the player must know beside the motion: frames per second and bones (child, parent, side)."""
+    """Return the data of the player beside the motion: frames per second and bones (child, parent, side)."""
     drawn = _drawn(skeleton)
     bones = [(drawn.index(child), drawn.index(parent), skeleton.sides[child]) for child, parent in skeleton.bones]
     return {"fps": positive_number("fps", fps), "bones": bones}
@@ -92,7 +92,7 @@ def positions_array(name: str, values: npt.ArrayLike, skeleton: Skeleton) -> Arr
 
 
 def pack(positions: Array, skeleton: Skeleton) -> str:
-    """Write the positions ``(T, J, 3)`` of the joints that are drawn, as whole millimetres of 16 bits, in base64."""
+    """Encode positions ``(T, J, 3)`` of the drawn joints as 16-bit whole millimetres in base64."""
     drawn = np.rint(positions[:, _drawn(skeleton)]).astype("<i2")
     return base64.b64encode(drawn.tobytes()).decode()
 

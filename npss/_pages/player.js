@@ -1,8 +1,8 @@
 "use strict";
-// Moving skeletons, each on a canvas of its own, that play in step and turn together.
+// Moving skeletons on separate canvases that play in step and turn together.
 
 const DISTANCE = 6000; // of the camera, in millimetres
-const GRID = 400; // between the lines of the floor, in millimetres
+const GRID = 400; // distance between the lines of the floor, in millimetres
 const HOLD = 0.6; // seconds at the last frame before the motion starts again
 
 function element(name, properties = {}, ...children) {
@@ -27,7 +27,7 @@ class Player {
     this.frames = 0;
     this.yaw = 50; // degrees; 0 faces the viewer, 90 looks to the right
     this.pitch = 8;
-    this.started = null; // when frame 0 was, on the clock of the animation; null while paused
+    this.started = null; // time of frame 0 on the clock of the animation; null while paused
 
     this.box = element("div", { className: abreast ? "panels abreast" : "panels" });
     this.button = element("button", { type: "button" });
@@ -80,7 +80,7 @@ class Player {
   play() {
     if (this.frame === this.frames - 1) this.seek(0);
     this.button.textContent = "Pause";
-    this.started = undefined; // known when the first animation frame is
+    this.started = undefined; // set by the first animation frame
     cancelAnimationFrame(this.request);
     const tick = (now) => {
       this.started ??= now - (this.frame / this.figure.fps) * 1000;
@@ -123,7 +123,7 @@ class Player {
     });
   }
 
-  // The room that all motions shown need, from whatever side they are looked at.
+  // Measure the space that all motions need from any direction of view.
   measure() {
     this.floor = Infinity;
     this.top = -Infinity;
@@ -162,7 +162,7 @@ class Player {
     const [sinYaw, cosYaw] = [Math.sin((this.yaw * Math.PI) / 180), Math.cos((this.yaw * Math.PI) / 180)];
     const [sinPitch, cosPitch] = [Math.sin((this.pitch * Math.PI) / 180), Math.cos((this.pitch * Math.PI) / 180)];
     const middle = (this.top + this.floor) / 2;
-    // x to the right, y down, and what is nearer is larger.
+    // x to the right, y down; nearer points are larger.
     const project = (x, y, z) => {
       const across = x * cosYaw + z * sinYaw;
       const ahead = z * cosYaw - x * sinYaw;
@@ -193,8 +193,8 @@ class Player {
     }
     const far = (bone) => joints[bone[0]][2] + joints[bone[1]][2];
     context.lineWidth = Math.max(2.5, 40 * scale);
-    // From far to near; of bones in one place, such as the spine and collarbones, the first is seen.
-    for (const bone of this.figure.bones.toReversed().sort((one, other) => far(one) - far(other))) {
+    // From far to near; where bones coincide, as spine and collarbones, the first is visible.
+    for (const bone of this.figure.bones.toReversed().sort((a, b) => far(a) - far(b))) {
       context.strokeStyle = colour(`${truth ? "truth" : "motion"}-${bone[2]}`);
       line(joints[bone[0]], joints[bone[1]]);
     }

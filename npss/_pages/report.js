@@ -1,4 +1,4 @@
-// The report: which motions are shown, and signatures to the clipboard.
+// The report: choose motions, and copy signatures.
 
 const report = JSON.parse(document.getElementById("data").textContent);
 

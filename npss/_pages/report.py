@@ -1,4 +1,4 @@
-"""The frame of a report: leaderboards, diagnosis, pictures, moving skeletons and signatures on one page."""
+"""The page of a report: leaderboards, diagnosis, pictures, moving skeletons and signatures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from npss.skeleton import Skeleton
 
 
 class Figure(NamedTuple):
-    """A picture with its title and what it shows."""
+    """A picture with a title and a caption."""
 
     title: str
     image: str | bytes  # SVG as text, or the bytes of a PNG file
@@ -34,42 +34,42 @@ def report_page(
     fps: float,
     skeleton: Skeleton,
 ) -> str:
-    """Make the page of a report. Parts that are empty are left out.
+    """Make the page of a report, without empty parts.
 
     Parameters
     ----------
     title : str
         The headline.
     boards : sequence of str
-        Tables as HTML that is trusted, ``<table class="board">``. The first column keeps in sight; in a cell, a small
-        ``mark`` is raised; a row ``published`` is muted.
+        Tables as trusted HTML, ``<table class="board">``. The first column stays in sight; ``mark`` is superscript;
+        rows of class ``published`` are muted.
     notes : sequence of str, optional
-        What is to be known about the tables.
+        Notes on the tables.
     signatures : sequence of str
-        What the numbers mean.
+        The signatures of the numbers.
     figures : sequence of Figure
-        Pictures.
+        The pictures.
     findings : sequence of (str, sequence of str)
-        The diagnosis: headings, and what is said under each.
+        The diagnosis: headings, each with its findings.
     clips : mapping of str to mapping of str to (N, T, J, 3) array_like
-        By action and label, positions in millimetres; the first label of each action is drawn as ground truth.
+        Positions in millimetres, by action and label; the first label of each action is drawn as ground truth.
     fps : float
         Frames per second of the clips.
     skeleton : Skeleton
-        What to draw.
+        The skeleton to draw.
 
     Returns
     -------
     str
-        HTML.
+        The page as HTML.
 
     Raises
     ------
     TypeError
         If positions are not real numbers.
     ValueError
-        If a shape is wrong, labels of an action differ in their number of sequences, or positions are not finite or too
-        far from the origin.
+        If a shape is wrong, the labels of an action have different numbers of sequences, or positions are not finite or
+        too far from the origin.
     """
     shown = [
         {"name": action, "motions": _motions(f"clips[{action!r}]", labelled, skeleton)}
@@ -83,9 +83,9 @@ def report_page(
         ("signatures", "Signatures", _SIGNATURES + "".join(map(_signature, signatures)) if signatures else ""),
         ("cite", "How to cite", f"<p>{escape(CITE)}</p>"),
     ]
-    there = [section for section in sections if section[2]]
-    links = "".join(f'<li><a href="#{name}">{heading}</a></li>' for name, heading, _ in there)
-    parts = "\n".join(f'<section id="{name}"><h2>{heading}</h2>\n{html}\n</section>' for name, heading, html in there)
+    filled = [section for section in sections if section[2]]
+    links = "".join(f'<li><a href="#{name}">{heading}</a></li>' for name, heading, _ in filled)
+    parts = "\n".join(f'<section id="{name}"><h2>{heading}</h2>\n{html}\n</section>' for name, heading, html in filled)
     return page(
         title=title,
         body=f"<main>\n<h1>{escape(title)}</h1>\n<nav><ul>{links}</ul></nav>\n{parts}\n</main>",
@@ -100,7 +100,7 @@ _MOTION = """<div class="row">
 </div>
 <div id="player"></div>
 <p class="note">Drag a figure to turn all of them.</p>"""
-_SIGNATURES = "<p>Scores are comparable where their signatures are the same.</p>"
+_SIGNATURES = "<p>Scores with the same signature are comparable.</p>"
 
 
 def _motions(name: str, labelled: Mapping[str, npt.ArrayLike], skeleton: Skeleton) -> list[dict[str, object]]:
@@ -108,7 +108,7 @@ def _motions(name: str, labelled: Mapping[str, npt.ArrayLike], skeleton: Skeleto
     if not arrays:
         raise ValueError(f"{name}: no motion")
     if len(counts := {len(array) for array in arrays.values()}) > 1:
-        raise ValueError(f"{name}: its labels differ in their number of sequences: {sorted(counts)}")
+        raise ValueError(f"{name}: labels have different numbers of sequences: {sorted(counts)}")
     return [
         {"label": label, "sequences": [pack(sequence, skeleton) for sequence in array]}
         for label, array in arrays.items()
@@ -116,7 +116,7 @@ def _motions(name: str, labelled: Mapping[str, npt.ArrayLike], skeleton: Skeleto
 
 
 def _board(html: str) -> str:
-    # Can be focused, so that it can be scrolled by keys.
+    # Focusable, so that keys can scroll it.
     return f'<div class="scroll" tabindex="0" role="region" aria-label="Table">{html}</div>\n'
 
 
@@ -130,7 +130,7 @@ def _list(style: str, lines: Sequence[str]) -> str:
 
 
 def _picture(figure: Figure) -> str:
-    # As the source of an image an SVG can neither run scripts nor clash with another's names.
+    # As the source of an image, an SVG can neither run scripts nor share names with another.
     svg = isinstance(figure.image, str)
     image = figure.image.encode() if isinstance(figure.image, str) else figure.image
     source = f"data:image/{'svg+xml' if svg else 'png'};base64,{base64.b64encode(image).decode()}"

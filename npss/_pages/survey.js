@@ -1,7 +1,7 @@
-// The survey: who answers, the questions one by one, and a file of answers at the end.
+// The survey: the participant, the questions one by one, and a file of answers.
 
 const survey = JSON.parse(document.getElementById("data").textContent);
-// What a look at the page must not tell: the names of the models.
+// The names of the models, which participants must not see.
 const models = JSON.parse(new TextDecoder().decode(Uint8Array.from(atob(survey.key), (letter) => letter.charCodeAt(0))));
 const questions = survey.questions;
 const get = (id) => document.getElementById(id);
@@ -9,8 +9,8 @@ const player = new Player(get("player"), survey.figure, { abreast: true });
 
 let state = { participant: "", answers: {} };
 
-// The state waits for the page to be opened again, in IndexedDB: in a page that is a file, localStorage may then be older
-// than what was written last, or empty (seen in Chromium 156, one time in four).
+// The state is kept in IndexedDB: for a page opened as a file, localStorage may be outdated or empty when the page is
+// opened again (seen in Chromium 156, one time in four).
 let database = null;
 
 function request(asked) {
@@ -27,7 +27,7 @@ async function recall() {
     database = await request(opening);
     state = (await request(database.transaction("states").objectStore("states").get(survey.id))) ?? state;
   } catch {
-    // No database, or nothing that can be read: the survey starts anew.
+    // No database, or an unreadable state: the survey starts again.
   }
 }
 
@@ -35,9 +35,9 @@ function keep() {
   try {
     const transaction = database.transaction("states", "readwrite");
     transaction.objectStore("states").put(state, survey.id);
-    transaction.commit(); // without waiting for an answer: the page may be closed before
+    transaction.commit(); // do not wait: the page may be closed first
   } catch {
-    // Answers then last as long as the page is open.
+    // Answers last while the page is open.
   }
 }
 

@@ -1,4 +1,4 @@
-"""The survey of a user study, which asks which of two predictions is closer to the ground truth."""
+"""The page of a survey, which asks which of two predictions is closer to the ground truth."""
 
 from __future__ import annotations
 
@@ -27,43 +27,41 @@ if TYPE_CHECKING:
 def survey(
     directory: Path, *, n_questions: int, seed: Seed, action: str | None = None, max_size: float = MAX_SIZE
 ) -> str:
-    """Make the survey about the predictions of several models for one action.
+    """Make a survey on the predictions of several models for one action.
 
     Parameters
     ----------
     directory : Path
-        Holds one file of samples for each model, such as ``MODEL.npz``: see `read_poses`. Sequences are
-        numbered from 0 on in the order of their indices.
+        A folder with one file of samples per model, such as ``MODEL.npz``: see `read_poses`. Sequences are numbered
+        from 0 in the order of their indices.
     n_questions : int
-        How many questions: see `npss.study.design`, which draws them.
+        The number of questions, which `npss.study.design` draws.
     seed : int or numpy.random.Generator
-        Of the generator that draws them.
+        The seed of the generator that draws them.
     action : str, optional
-        What the predictions are of; may be left out if the files have a single action in common.
+        The action; may be left out if the files share a single one.
     max_size : float, optional
-        How much memory the arrays of one file may take, in GiB.
+        The most memory that the arrays of one file may take, in GiB.
 
     Returns
     -------
     str
-        A page as of `survey_page`.
+        The page, as from `survey_page`.
 
     Raises
     ------
     ValueError
-        If there are not at least two files, no action is in all, the action is not or would have to be guessed, or the
-        ground truths of two files differ.
+        If there are fewer than two files, no action is in all files, `action` is not in all files or missing though
+        there are several, or the ground truths of two files differ.
     """
     submissions = read_submissions([directory], max_size=max_size)
     if len(submissions) < 2:
-        raise ValueError(
-            f"{directory}: a survey compares two models or more; files of samples in it: {len(submissions)}"
-        )
+        raise ValueError(f"{directory}: a survey needs two or more models; files of samples in it: {len(submissions)}")
     chosen = _action(directory, list(submissions.values()), action)
     pairs = {model: actions[chosen] for model, actions in submissions.items()}
     truth = next(iter(pairs.values())).gt
 
-    from npss import study  # imported late: it is large
+    from npss import study  # imported here: it is large
 
     questions = study.design(list(pairs), range(len(truth)), n_questions, seed=seed)
     motions = {}
@@ -84,35 +82,35 @@ def survey_page(
 ) -> str:
     """Make the page of a survey: the ground truth, A and B as moving skeletons, and a file of answers at the end.
 
-    It is blind to whoever looks at it, not to whoever reads its source: the models' names are there in base64.
+    The page hides the names of the models from participants; its source contains them in base64.
 
     Parameters
     ----------
     truth : (N, T, J, 3) array_like
         Positions of the ground truth in millimetres.
     models : mapping of str to (N, T, J, 3) array_like
-        Positions of every model's predictions.
+        Positions of each model's predictions.
     questions : sequence of npss.study.Question
-        What is asked.
+        The questions.
     action : str
-        What is done; for the file of answers.
+        The action, for the file of answers.
     fps : float, optional
         Frames per second.
     skeleton : Skeleton, optional
-        What to draw.
+        The skeleton to draw.
 
     Returns
     -------
     str
-        HTML. The answers that it saves are a file for `npss.study.read_votes`.
+        The page as HTML. `npss.study.read_votes` reads the answers that it saves.
 
     Raises
     ------
     TypeError
         If positions are not real numbers.
     ValueError
-        If a shape is wrong, positions are not finite or too far from the origin, there are no questions, or one names
-        an unknown model, the same model twice, or a sequence that there is not.
+        If a shape is wrong, positions are not finite or too far from the origin, there are no questions, or a question
+        has an unknown model, the same model twice, or an unknown sequence.
     """
     true = positions_array("truth", truth, skeleton)
     motions = {model: positions_array(f"models[{model!r}]", values, skeleton) for model, values in models.items()}
@@ -125,7 +123,7 @@ def survey_page(
     places: dict[tuple[str | None, int], int] = {}
 
     def place(model: str | None, sequence: int) -> int:
-        """Return where in `packed` a motion is."""
+        """Return the index of a motion in `packed`."""
         if (model, sequence) not in places:
             places[model, sequence] = len(packed)
             packed.append(pack((true if model is None else motions[model])[sequence], skeleton))
@@ -154,7 +152,7 @@ def survey_page(
         "questions": asked,
         "motions": packed,
     }
-    # By which the browser tells the answers to this survey from those to others.
+    # The browser stores answers under this name, apart from those to other surveys.
     data["id"] = hashlib.sha256(json.dumps(data).encode()).hexdigest()[:16]
     body = resource("survey.html").replace("{count}", str(len(asked))).replace("{action}", escape(action))
     return page(
@@ -166,7 +164,7 @@ def survey_page(
 
 
 def _action(directory: Path, samples: Sequence[Mapping[str, Pair]], action: str | None) -> str:
-    """Return the action that the survey is about."""
+    """Return the action of the survey."""
     common = sorted(set.intersection(*(set(pairs) for pairs in samples)))
     if not common:
         raise ValueError(f"{directory}: no action is in all of its files of samples")
@@ -180,8 +178,8 @@ def _action(directory: Path, samples: Sequence[Mapping[str, Pair]], action: str 
 def _require_known(name: str, question: Question, models: Sequence[str], count: int) -> None:
     for model in (question.model_a, question.model_b):
         if model not in models:
-            raise ValueError(f"{name}: no predictions of {model!r}; there are those of {', '.join(models)}")
+            raise ValueError(f"{name}: no predictions of {model!r}; expected one of {', '.join(models)}")
     if question.model_a == question.model_b:
         raise ValueError(f"{name}: it compares {question.model_a!r} with itself")
     if not is_integer(question.sequence) or not 0 <= question.sequence < count:
-        raise ValueError(f"{name}: no sequence {question.sequence!r}; there are {count}, from 0 on")
+        raise ValueError(f"{name}: no sequence {question.sequence!r}; expected 0 to {count - 1}")

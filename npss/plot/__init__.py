@@ -1,8 +1,8 @@
-"""Pictures of scores and of what they are made of; matplotlib draws them (extra ``plot``).
+"""Pictures of scores and their parts, drawn by matplotlib (extra ``plot``).
 
-Each function returns a `matplotlib.figure.Figure`, made without pyplot and windows, and by matplotlib's own settings,
-whatever a ``matplotlibrc`` says; its `savefig` writes SVG, PDF or PNG. What the numbers are is in the picture: units,
-and the signature.
+Each function returns a `matplotlib.figure.Figure`, made without pyplot and windows and by matplotlib's default
+settings, which no ``matplotlibrc`` changes. Its `savefig` writes SVG, PDF or PNG. Each picture states units and
+signatures.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where a score comes from: which joints of which sequences."""
+"""Draw the contributions of joints and sequences to a score."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ if TYPE_CHECKING:
 
     from npss._analysis.report import Report
 
-_MOST_PRINTED = 12  # sequences, up to which a cell has room for its number
+_MOST_PRINTED = 12  # sequences; with more, cells are too small for numbers
 _LEAST_PRINTED = 0.005
 
 
 @by_defaults
 def contributions(report: Report) -> Figure:
-    """Draw the share of the score that each joint of each sequence has.
+    """Draw the share of each joint of each sequence in the score.
 
-    A share is a weight times a distance, over the sum of all; bars add up those of a joint and those of a sequence.
+    A share is a weight times a distance, divided by the sum of all; bars show the sums for each joint and sequence.
     Joints without a share are left out, and counted in the footnote.
 
     Parameters
     ----------
     report : npss.Report
-        As `npss.report` makes it. Features whose names agree up to their last dot are of one joint.
+        A report from `npss.report`. Features whose names agree up to the last dot belong to one joint.
 
     Returns
     -------
     matplotlib.figure.Figure
-        With three axes: the heat map, the joints' bars, the sequences' bars.
+        A figure with three axes: the heat map, the bars of joints, the bars of sequences.
 
     Raises
     ------
     ImportError
-        Without matplotlib.
+        If matplotlib is missing.
     ValueError
-        If the score is 0, of which nothing has a share.
+        If the score is 0, so that there are no shares.
 
     Examples
     --------
@@ -58,7 +58,7 @@ def contributions(report: Report) -> Figure:
     parts = report.weight * report.emd  # (N, D)
     total = parts.sum()
     if total == 0:
-        raise ValueError("report: its score is 0, of which nothing has a share")
+        raise ValueError("report: its score is 0, so there are no shares to draw")
     joint_of_feature = np.array([joint_of(name) for name in report.feature_names])
     ranked = [joint for joint, share in report.joint_share.items() if share > 0]
     shares = np.stack([parts[:, joint_of_feature == joint].sum(axis=1) for joint in ranked]) / total  # (joints, N)
@@ -95,7 +95,7 @@ def contributions(report: Report) -> Figure:
 
 
 def _draw_cells(axes: Axes, corner: Axes, shares: Float64) -> None:
-    """Draw the heat map, with its scale in the corner, and the numbers in its cells if there is room."""
+    """Draw the heat map, its scale in the corner, and the numbers in its cells if they fit."""
     from matplotlib.ticker import MaxNLocator
 
     image = axes.imshow(shares, cmap="Blues", vmin=0, aspect="auto", interpolation="nearest")

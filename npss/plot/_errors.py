@@ -1,4 +1,4 @@
-"""How the Euler error of models grows with time, and how sure that is."""
+"""Draw the Euler error of models over time, with bands."""
 
 from __future__ import annotations
 
@@ -37,46 +37,46 @@ def errors(
 ) -> Figure:
     """Draw the Euler error of models over time, each with a pointwise band.
 
-    A band says where the error at that time would lie on other blocks of the same kind, each time for itself, as
-    `npss.Report.interval` does for the score: of fewer than ten blocks, it reaches from the lowest to the highest error
-    of a block. Bands of two models may overlap although one is better in nearly every block: to compare models is the
-    task of `npss.compare`.
+    A band shows the uncertainty of the error at each time over other blocks of the same kind, as
+    `npss.Report.interval` does for the score: with fewer than ten blocks, it reaches from the lowest to the highest
+    error of a block. Bands of two models may overlap although one is better in nearly every block; compare models by
+    `npss.compare`.
 
     Parameters
     ----------
     gt : (N, T, D) or (T, D) array_like
         Ground truth: Euler angles in radians, as for `npss.euler_error`.
     preds : mapping of str to array_like
-        The models' predictions by their names, each of the shape of `gt`.
+        Predictions by the names of the models, each of the shape of `gt`.
     fps : float
         Frames per second.
     groups : sequence of str, int or None, optional
-        The block of each sequence, as for `npss.report`; by default each sequence is assumed to be its own.
+        The block of each sequence, as for `npss.report`; by default each sequence is assumed to be its own block.
     level : float, optional
-        Of the confidence bands.
+        The level of the confidence bands.
     seed : int or numpy.random.Generator, optional
-        Of the generator that resamples.
+        The seed of the generator that resamples.
     extra : mapping of str to str, int, float or bool; optional
-        Fields of one's own that the signature states.
+        Fields of your own for the signature.
     **context
-        Known fields that the signature states, as for `npss.signature`.
+        Known fields for the signature, as for `npss.signature`.
 
     Returns
     -------
     matplotlib.figure.Figure
-        With one axes. There is no band where the blocks do not tell how high it reaches. Sequences of which nothing
-        moves in the ground truth have no Euler error, and are left out; the signature counts them.
+        A figure with one axes. A band is left out if the blocks do not determine its upper end. Sequences without
+        motion in the ground truth have no Euler error and are left out; the signature counts them.
 
     Raises
     ------
     ImportError
-        Without matplotlib.
+        If matplotlib is missing.
     TypeError, ValueError
         As `npss.euler_error_curve`, with the model's name; if there are no models, or the level is not between 0 and 1.
 
     See Also
     --------
-    npss.euler_error_curve : the numbers that are drawn.
+    npss.euler_error_curve : compute the numbers in this picture.
 
     Examples
     --------
@@ -106,15 +106,15 @@ def errors(
 
     n_sequences, n_frames = int((~still).sum()), curve.shape[1]
     weight = np.broadcast_to(~still, (n_frames, len(still))).astype(np.float64)
-    known: dict[str, Value] = {"frames": n_frames, "fps": rate, **EULER_ERROR.stated()}
+    fields: dict[str, Value] = {"frames": n_frames, "fps": rate, **EULER_ERROR.stated()}
     if still.any():
-        known["still"] = int(still.sum())
-    meaning = signature(None, metric=EULER_ERROR.name, **stated_with(errors, context, extra, **known))
+        fields["still"] = int(still.sum())
+    meaning = signature(None, metric=EULER_ERROR.name, **stated_with(errors, context, extra, **fields))
     figure = new_figure(7, 4)
     axes = figure.subplots()
     blocks = Blocks(read_groups("groups", groups, len(still)), weight[0])
     times = 1000 * np.arange(1, n_frames + 1) / rate
-    told = True
+    bounded = True
     for i, (name, curve) in enumerate(curves.items()):
         colour, dash = COLOURS[i % len(COLOURS)], DASHES[i % len(DASHES)]
         mean = curve.sum(axis=0) / n_sequences
@@ -123,7 +123,7 @@ def errors(
         if np.isfinite(high).all():
             axes.fill_between(times, low, high, color=colour, alpha=0.15, linewidth=0)
         else:
-            told = False
+            bounded = False
     slices = [time for time in SLICES_MS if time <= times[-1]]
     for time in slices:
         axes.axvline(time, color=GREY, linewidth=0.6, linestyle=":")
@@ -137,10 +137,10 @@ def errors(
     axes.set_ylabel(EULER_ERROR.labelled, fontsize=SMALL)
     axes.legend(frameon=False, fontsize=SMALL)
     tidy(axes, grid="y")
-    stated = f"mean over {n_sequences} sequences; "
-    if told:
-        stated += f"bands: pointwise, {method(blocks, level=level, seed=seed)}\n{blocks}"
+    note = f"mean of {n_sequences} sequences; "
+    if bounded:
+        note += f"bands: pointwise, {method(blocks, level=level, seed=seed)}\n{blocks}"
     else:
-        stated += f"no band where the blocks do not tell\n{blocks}"
-    footnote(figure, stated, meaning)
+        note += f"no band if the blocks do not bound it\n{blocks}"
+    footnote(figure, note, meaning)
     return figure

@@ -1,4 +1,4 @@
-"""The figure that looks the same whatever the user's settings are; the one module that needs matplotlib."""
+"""A figure that looks the same under any user settings; the only module that needs matplotlib."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ except ImportError:
 
 @contextmanager
 def defaults() -> Iterator[None]:
-    """Let matplotlib's own settings be in force, and then the user's again."""
+    """Use matplotlib's default settings in the block, and restore the user's."""
     with mpl.rc_context():
         mpl.rcdefaults()
         yield
 
 
 class Picture(Figure):
-    """A figure that is drawn by matplotlib's own settings: ticks, for one, are made when it is drawn."""
+    """A figure drawn by matplotlib's default settings, even where that happens late, as for ticks."""
 
     def draw(self, renderer: Any) -> None:
-        """Draw it."""
+        """Draw the figure."""
         with defaults():
             super().draw(renderer)
 
     def savefig(self, fname: Any, **options: Any) -> None:
-        """Write it to a file."""
+        """Write the figure to a file."""
         with defaults():
             super().savefig(fname, **options)

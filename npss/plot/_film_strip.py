@@ -1,4 +1,4 @@
-"""Motion at a glance: skeletons at some times, one motion below the other."""
+"""Draw skeletons at several times, one row per motion."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from npss.skeleton import Skeleton
 
 _COLOUR = {"left": COLOURS[0], "right": COLOURS[1], "centre": TRUTH}
-#: Which axis points up.
+#: The axis that points up.
 Up = Literal["y", "z"]
 _CELL = 1.9  # height of a skeleton, in inches
 
@@ -34,9 +34,9 @@ def film_strip(
     up: Up = "y",
     azimuth: float = -60,
 ) -> Figure:
-    """Draw skeletons at given times, one row a motion: what the numbers are about.
+    """Draw skeletons at given times, one row per motion.
 
-    Each is seen along a level line, without perspective, from its root on; all to one scale.
+    Each is seen along a level line, without perspective, centred on its root; all are drawn to one scale.
 
     Parameters
     ----------
@@ -48,25 +48,25 @@ def film_strip(
     at_ms : sequence of float, optional
         Times in milliseconds after the last seed frame: at 25 frames per second, 80 ms is the second predicted frame.
     skeleton : npss.skeleton.Skeleton
-        Which joints the bones connect, and on which side they are.
+        The bones and the side of each.
     up : {'y', 'z'}, optional
-        Which axis points up.
+        The axis that points up.
     azimuth : float, optional
-        From where it is seen, in degrees: with y up, 0 is from z, the front of a figure that faces ahead, and 90 from
+        The direction of view, in degrees: with y up, 0 is from z, the front of a figure that faces ahead, and 90 from
         x, its left; with z up, 0 is from -y.
 
     Returns
     -------
     matplotlib.figure.Figure
-        With one axes for each time of each motion.
+        A figure with one axes for each time of each motion.
 
     Raises
     ------
     ImportError
-        Without matplotlib.
+        If matplotlib is missing.
     TypeError, ValueError
-        If there are no motions or times, the shape of one is not ``(T, J, 3)``, a position is not finite, a time is not
-        a frame or beyond the last, or an option is none of its choices.
+        If there are no motions or times, a shape is not ``(T, J, 3)``, a position is not finite, a time is not a frame
+        or beyond the last, or an option is not one of its choices.
 
     References
     ----------
@@ -137,7 +137,7 @@ def _z_up(positions: Array) -> tuple[Array, Array, Array]:
 
 
 def _cells(n_rows: int, n_columns: int, across: Array, upwards: Array) -> tuple[Figure, npt.NDArray[np.object_]]:
-    """Return a figure of cells without axes, all of the scale that shows every skeleton."""
+    """Return a figure of cells without axes, on a common scale that fits every skeleton."""
     margin = 0.05 * float(np.ptp(upwards)) or 1.0
     limits = [(float(values.min()) - margin, float(values.max()) + margin) for values in (across, upwards)]
     (west, east), (south, north) = limits

@@ -1,4 +1,4 @@
-"""How the Euler error and NPSS answer to distortions of the ground truth."""
+"""Draw the response of the Euler error and NPSS to distortions of the ground truth."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _NEEDED = ("distortion", "strength", "unit", "euler_error", "npss", "signatures"
 
 @by_defaults
 def sensitivity(rows: Sequence[Mapping[str, Any]]) -> Figure:
-    """Draw how metrics answer to distortions: a column for each distortion, a row for each metric.
+    """Draw the response of metrics to distortions: a column per distortion, a row per metric.
 
-    Panels of a row share their axis, so distortions can be compared. A distortion of which there is one record only is
-    a yardstick: a dashed line across its row.
+    Panels of a row share their axis, so that distortions can be compared. A distortion with a single record is a
+    yardstick: a dashed line across the row.
 
     Parameters
     ----------
@@ -32,17 +32,17 @@ def sensitivity(rows: Sequence[Mapping[str, Any]]) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        With one axes for each metric and distortion, row by row.
+        A figure with one axes for each metric and distortion, row by row.
 
     Raises
     ------
     ImportError
-        Without matplotlib.
+        If matplotlib is missing.
     TypeError
-        If a record is no mapping.
+        If a record is not a mapping.
     ValueError
-        If there is no distortion of several strengths, or a record lacks an entry or has other conventions than the
-        first one.
+        If no distortion has several strengths, a record lacks an entry, or its conventions differ from those of the
+        first.
 
     Examples
     --------
@@ -64,11 +64,11 @@ def sensitivity(rows: Sequence[Mapping[str, Any]]) -> Figure:
     distortions = {name: group for name, group in groups.items() if len(group) > 1}
     yardsticks = {name: group[0] for name, group in groups.items() if len(group) == 1}
     if not distortions:
-        raise ValueError("rows: no distortion of several strengths")
+        raise ValueError("rows: no distortion has several strengths")
 
     figure = new_figure(0.8 + 1.8 * len(distortions), 0.8 + 1.5 * len(metrics))
     panels = figure.subplots(len(metrics), len(distortions), squeeze=False, sharex="col", sharey="row")
-    for row, (metric, what) in enumerate(metrics.items()):
+    for row, (metric, heading) in enumerate(metrics.items()):
         for axes, (name, group) in zip(panels[row], distortions.items(), strict=True):
             ordered = sorted(group, key=lambda record: float(record["strength"]))
             strengths = [record["strength"] for record in ordered]
@@ -83,7 +83,7 @@ def sensitivity(rows: Sequence[Mapping[str, Any]]) -> Figure:
                 axes.set_xlabel(label(group[0]["unit"]), fontsize=SMALL)
             tidy(axes)
         panels[row, 0].set_ylim(bottom=0)
-        panels[row, 0].set_ylabel(what, fontsize=SMALL)
+        panels[row, 0].set_ylabel(heading, fontsize=SMALL)
     if yardsticks:
         panels[0, 0].legend(frameon=False, fontsize=TINY)
     footnote(figure, *dict.fromkeys(records[0]["signatures"][metric] for metric in metrics))
@@ -91,16 +91,16 @@ def sensitivity(rows: Sequence[Mapping[str, Any]]) -> Figure:
 
 
 def _metrics(records: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """Return what to call the metrics that every record has."""
+    """Return the headings of the metrics in the records."""
     if not records:
         raise ValueError("rows: no records to draw")
     for i, record in enumerate(records):
         if not isinstance(record, Mapping):
             raise TypeError(f"rows: expected records, got {record!r} at index {i}")
-        if absent := [name for name in _NEEDED if name not in record]:
-            raise ValueError(f"rows: the record at index {i} lacks {', '.join(absent)}")
+        if missing := [name for name in _NEEDED if name not in record]:
+            raise ValueError(f"rows: the record at index {i} lacks {', '.join(missing)}")
         if set(record["npss"]) != set(records[0]["npss"]):
-            raise ValueError(f"rows: the record at index {i} has other conventions than the first one")
+            raise ValueError(f"rows: the conventions of the record at index {i} differ from those of the first")
     return {
         EULER_ERROR.name: EULER_ERROR.labelled,
         **{name: NPSS.column(convention=name) for name in records[0]["npss"]},

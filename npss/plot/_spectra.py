@@ -1,4 +1,4 @@
-"""What the distance of one feature measures: two power spectra, and the area between their distributions."""
+"""Draw the distance of one feature: two power spectra, and the area between their distributions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_FLOOR = 1e-8  # shares below it are not shown: rounding, or close to it
+_FLOOR = 1e-8  # smaller shares are mostly rounding and not shown
 
 
 @by_defaults
@@ -39,10 +39,10 @@ def spectra(
 ) -> Figure:
     """Draw the normalised power spectra of one feature of one sequence, and the area that is their distance.
 
-    Above, the power on a logarithmic axis, since most of it is in the mean pose (DC). Below, the cumulative
-    distributions over the convention's bins, in the order in which it cumulates them; the shaded area, divided by the
-    width of a bin, is the distance that is printed (``emd``, in bins). Conventions without cumulation have the spectra
-    themselves there, and beside them the bins above DC once more.
+    The upper panel shows the power on a logarithmic axis, since most of it is in the mean pose (DC). The lower panel
+    shows the cumulative distributions over the convention's bins, in the order of cumulation; the shaded area divided
+    by the width of a bin is the printed distance (``emd``, in bins). For conventions without cumulation it shows the
+    spectra themselves, with a third panel for the bins above DC.
 
     Parameters
     ----------
@@ -51,30 +51,30 @@ def spectra(
     fps : float
         Frames per second.
     sequence, feature : int, optional
-        Which of the N and which of the D, from 0.
+        Indices of the sequence and the feature, from 0.
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `npss.score`.
     names : pair of str, optional
-        What to call the ground truth and the prediction.
+        Names of the ground truth and the prediction.
     feature_names : sequence of str, optional
         Names of the D features, such as ``npss.skeleton.FEATURE_NAMES``.
     extra : mapping of str to str, int, float or bool; optional
-        Fields of one's own that the signature states.
+        Fields of your own for the signature.
     **context
-        Known fields that the signature states, as for `npss.signature`.
+        Known fields for the signature, as for `npss.signature`.
 
     Returns
     -------
     matplotlib.figure.Figure
-        With two axes, and for spectra themselves a third; `savefig` writes it.
+        A figure with two axes, or three without cumulation.
 
     Raises
     ------
     ImportError
-        Without matplotlib.
+        If matplotlib is missing.
     TypeError, ValueError
-        As `npss.score`; and where there is no such sequence or feature, that feature of the ground truth has no
-        power, there are not two names, or not as many feature names as features.
+        As `npss.score`. If the sequence or feature does not exist, the feature has no power in the ground truth, there
+        are not two names, or the number of feature names is not the number of features.
 
     References
     ----------
@@ -99,20 +99,20 @@ def spectra(
     n_frames, n_features = truth.shape[-2:]
     meaning = signature(chosen, **stated_with(spectra, context, extra, frames=n_frames, fps=rate))
     if n_frames < 2:
-        raise ValueError("gt: one frame; a power spectrum needs at least two")
+        raise ValueError("gt: a power spectrum needs at least two frames, got one")
     i = _index("sequence", sequence, len(truth) if truth.ndim == 3 else 1)
     d = _index("feature", feature, n_features)
     labels = [label(name) for name in each("names", names, "two names")]
     if len(labels) != 2:
         raise ValueError(f"names: expected two, for ground truth and prediction, got {len(labels)}")
-    what = f"feature {d}" if feature_names is None else _names(feature_names, n_features)[d]
+    feature_name = f"feature {d}" if feature_names is None else _names(feature_names, n_features)[d]
 
     pair = [
         (array if array.ndim == 3 else array[np.newaxis])[i, :, d].astype(np.float64) for array in (truth, prediction)
     ]
     first, second = (_normalised(series, chosen) for series in pair)
     if not pair[0].any() or not first.any():
-        raise ValueError(f"gt: {what} of sequence {i} has no power, so it does not count in the score")
+        raise ValueError(f"gt: {feature_name} of sequence {i} has no power, so it does not count in the score")
     emd = score(pair[0][:, np.newaxis], pair[1][:, np.newaxis], convention=chosen)
 
     figure = new_figure(7, 5.6)
@@ -135,7 +135,7 @@ def spectra(
     _draw_power(above, first, second, labels, width, n_bins)
     kind = "squared real part" if chosen.power == "real" else "squared magnitude"
     above.set_ylabel(f"share of the power\n({kind})", fontsize=SMALL)
-    above.set_title(f"{label(what)}, sequence {i}", loc="left", fontsize=10)
+    above.set_title(f"{label(feature_name)}, sequence {i}", loc="left", fontsize=10)
     footnote(figure, meaning)
     return figure
 
@@ -144,7 +144,7 @@ def _index(name: str, value: object, size: int) -> int:
     if not is_integer(value):
         raise TypeError(f"{name}: expected an index, got {value!r}")
     if not 0 <= value < size:
-        raise ValueError(f"{name}: {value}, but gt has {size} of them, from 0 on")
+        raise ValueError(f"{name}: expected 0 to {size - 1}, got {value}")
     return int(value)
 
 
@@ -156,7 +156,7 @@ def _names(names: Sequence[str], n_features: int) -> list[str]:
 
 
 def _normalised(series: Float64, convention: Convention) -> Float64:
-    """Return the normalised power of ``(T,)`` values in the convention's bins; the bits that are scored."""
+    """Return the normalised power of ``(T,)`` values in the convention's bins, bit for bit as in the score."""
     n_frames = len(series)
     power = np.zeros(n_frames // 2 + 1)
     twins = convention.bins == "two-sided"
@@ -176,7 +176,7 @@ def _normalised(series: Float64, convention: Convention) -> Float64:
 
 
 def _draw_power(axes: Axes, first: Float64, second: Float64, labels: Sequence[str], width: float, n_bins: int) -> None:
-    """Draw the bins from DC to the highest frequency; those of the negative frequencies are the same."""
+    """Draw the bins from DC to the highest frequency; negative frequencies have the same power."""
     frequencies = np.arange(n_bins) * width
     axes.set_yscale("log")
     for power, name, colour, dash in zip((first, second), labels, (TRUTH, COLOURS[1]), DASHES, strict=False):
@@ -202,13 +202,13 @@ def _draw_area(axes: Axes, first: Float64, second: Float64, edges: Float64) -> N
     axes.stairs(first, edges, baseline=second, fill=True, color=COLOURS[1], alpha=0.3, linewidth=0)
     for values, colour, dash in zip((first, second), (TRUTH, COLOURS[1]), DASHES, strict=False):
         axes.stairs(values, edges, baseline=None, color=colour, linestyle=dash, linewidth=1.2)
-    axes.use_sticky_edges = False  # so that a line along an edge is seen
+    axes.use_sticky_edges = False  # keep lines along an edge visible
     axes.set_xlim(edges[0], edges[-1])
     tidy(axes)
 
 
 def _draw_zoom(axes: Axes, first: Float64, second: Float64, edges: Float64, n_bins: int) -> None:
-    """Draw the bins above DC, up to the one below which lies 99 % of their power."""
+    """Draw the bins above DC that hold 99 % of their power."""
     rest = np.maximum(first, second)[1:n_bins]
     last = 1 + int(np.searchsorted(np.cumsum(rest), 0.99 * rest.sum()))
     _draw_area(axes, first, second, edges)
@@ -219,7 +219,7 @@ def _draw_zoom(axes: Axes, first: Float64, second: Float64, edges: Float64, n_bi
 
 
 def _label_frequencies(axes: Axes, rate: float, *, two_sided: bool) -> None:
-    """Call the upper half of two-sided bins what it is: the negative frequencies."""
+    """Label the frequencies; the upper half of two-sided bins are the negative ones."""
     if not two_sided:
         axes.set_xlabel("frequency (Hz)", fontsize=SMALL)
         return

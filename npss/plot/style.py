@@ -1,4 +1,4 @@
-"""What the pictures share: colours that everybody can tell apart, the figure, and the footnote."""
+"""The style of pictures: colours for colour-blind readers, figures, footnotes."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ __all__ = [
 Given = ParamSpec("Given")
 Drawn = TypeVar("Drawn")
 
-#: Colours of M. Okabe and K. Ito, "Color Universal Design", 2008, but black and yellow.
+#: Colours of M. Okabe and K. Ito, "Color Universal Design", 2008, without black and yellow.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-#: For black-and-white print; with the colours, twelve lines that differ.
+#: Dashes for black-and-white print; with the colours, they give twelve different lines.
 DASHES = ("-", "--", ":", "-.")
-#: The ground truth.
+#: Colour of the ground truth.
 TRUTH = "#000000"
-#: What is less than the rest.
+#: Colour of secondary text and lines.
 GREY = "#767676"
 #: Size of labels, in points.
 SMALL = 8
 #: Size of footnotes and legends, in points.
 TINY = 7
-_LONGEST = 40  # letters of a name; a longer one would push the axes off the figure
-_LETTER = 0.56  # width of one, on average, in units of the size of the font
+_LONGEST = 40  # letters of a name; a longer name would push the axes off the figure
+_LETTER = 0.56  # average width of a letter, in units of the font size
 
 
 def by_defaults(draw: Callable[Given, Drawn]) -> Callable[Given, Drawn]:
-    """Let a function draw by matplotlib's own settings: a user's ``text.usetex`` would take names for TeX.
+    """Make a function draw by matplotlib's default settings; a user's ``text.usetex`` would read names as TeX.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def by_defaults(draw: Callable[Given, Drawn]) -> Callable[Given, Drawn]:
     Returns
     -------
     callable
-        The same, of which the call raises the ImportError that says how to install matplotlib.
+        The decorated function. If matplotlib is missing, it raises an ImportError that says how to install it.
     """
 
     @wraps(draw)
@@ -70,17 +70,17 @@ def by_defaults(draw: Callable[Given, Drawn]) -> Callable[Given, Drawn]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure that no global state knows of, nor does it know of any.
+    """Return an empty figure that is independent of any global state.
 
     Parameters
     ----------
     width, height : float
-        In inches.
+        Size in inches.
 
     Returns
     -------
     Figure
-        Without axes.
+        A figure without axes.
     """
     from npss.plot._figure import Picture
 
@@ -88,19 +88,19 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def label(name: str) -> str:
-    r"""Return a name as matplotlib prints it as it is: not as a formula, and not hidden for its first letter.
+    r"""Escape a name for matplotlib, which would read ``$`` as a formula and hide names that begin with ``_``.
 
-    A long one is cut in the middle, since names mostly differ at their ends.
+    A long name is cut in the middle, since most names differ at their ends.
 
     Parameters
     ----------
     name : str
-        Of a model or feature.
+        The name of a model or feature.
 
     Returns
     -------
     str
-        One line.
+        The label, on one line.
 
     Examples
     --------
@@ -115,14 +115,14 @@ def label(name: str) -> str:
 
 
 def footnote(figure: Figure, *lines: str) -> None:
-    """Write below the axes what their numbers are, in as many lines as it takes.
+    """Write a footnote below the axes.
 
     Parameters
     ----------
     figure : Figure
         The figure.
     *lines : str
-        Each on a line of its own; long ones are broken.
+        The lines; long ones are broken.
     """
     n_letters = int(figure.get_figwidth() * 72 / (_LETTER * TINY))
     text = "\n".join(_broken(line, n_letters) for line in lines).replace("$", r"\$")
@@ -140,14 +140,14 @@ def _broken(line: str, n_letters: int) -> str:
 
 
 def tidy(axes: Axes, *, grid: Literal["both", "x", "y", "none"] = "both") -> None:
-    """Leave the lines that help to read values, and no others.
+    """Remove all lines that do not help to read values.
 
     Parameters
     ----------
     axes : Axes
         The axes.
     grid : {'both', 'x', 'y', 'none'}, optional
-        Across which axis there are lines.
+        The axis with grid lines.
     """
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelsize=SMALL)

@@ -151,7 +151,7 @@ def test_a_survey_is_blind():
     html = make_survey()
     assert "model one" not in html
     assert "model two" not in html
-    assert "There are 3 questions" in Page(html).text
+    assert "This survey has 3 questions" in Page(html).text
 
 
 def test_another_survey_has_another_place_for_its_answers():
@@ -215,7 +215,11 @@ def test_what_a_report_has_not_is_left_out():
     ("clips", "error", "message"),
     [
         ({"a": {}}, ValueError, r"clips\['a'\]: no motion"),
-        ({"a": {"t": walks(2), "m": walks(1)}}, ValueError, r"clips\['a'\]: its labels differ in .*: \[1, 2\]"),
+        (
+            {"a": {"t": walks(2), "m": walks(1)}},
+            ValueError,
+            r"clips\['a'\]: labels have different .*: \[1, 2\]",
+        ),
         ({"a": {"t": walks()[0]}}, ValueError, r"clips\['a'\]\['t'\]: expected shape \(N, T, 32, 3\), got"),
         ({"a": {"t": walks()[:, :0]}}, ValueError, r"clips\['a'\]\['t'\]: no motion in an array of shape"),
         ({"a": {"t": walks() * np.nan}}, ValueError, r"clips\['a'\]\['t'\]: nan at index"),
@@ -239,7 +243,7 @@ def test_bad_rate():
         ([], "questions: expected at least one"),
         (
             [study.Question(1, 0, "model one", "model 2")],
-            r"questions: question 1: no predictions of 'model 2'; there are those",
+            r"questions: question 1: no predictions of 'model 2'; expected one of",
         ),
         (
             [study.Question(1, 0, "model one", "model one")],
@@ -314,10 +318,10 @@ def test_a_survey_of_a_folder(folder):
 def test_a_folder_with_too_few_files(folder):
     (folder / "zero.npz").unlink()
     (folder / "other.npz").unlink()
-    with pytest.raises(ValueError, match=r"a survey compares two models or more; files of samples in it: 1$"):
+    with pytest.raises(ValueError, match=r"a survey needs two or more models; files of samples in it: 1$"):
         survey(folder, n_questions=1, seed=0)
     (folder / "model.v2.h5").write_bytes(b"")
-    with pytest.raises(ValueError, match=r"another file of a model 'model\.v2'"):
+    with pytest.raises(ValueError, match=r"duplicate model 'model\.v2'"):
         survey(folder, n_questions=1, seed=0)
 
 

@@ -134,9 +134,9 @@ class TestSpectra:
         ("options", "error", "message"),
         [
             ({"fps": 0}, ValueError, "fps: expected a positive"),
-            ({"sequence": 6}, ValueError, "sequence: 6, but gt has 6 of them, from 0 on"),
+            ({"sequence": 6}, ValueError, "sequence: expected 0 to 5, got 6"),
             ({"sequence": -1}, ValueError, "sequence: -1"),
-            ({"feature": 5}, ValueError, "feature: 5, but gt has 5 of them"),
+            ({"feature": 5}, ValueError, "feature: expected 0 to 4, got 5"),
             ({"feature": "hip"}, TypeError, "feature: expected an index, got 'hip'"),
             ({"feature": True}, TypeError, "feature: expected an index, got True"),
             ({"names": ("a",)}, ValueError, "names: expected two, for ground truth and prediction, got 1"),
@@ -232,7 +232,7 @@ class TestErrors:
         marked = [line.get_xdata()[0] for line in axes.get_lines()[1:]]
         assert marked == list(npss.protocol.SLICES_MS)
         note = (
-            f"mean over 12 sequences; bands: pointwise, 95 %, {METHOD}, {RESAMPLES} resamples, seed 0\n"
+            f"mean of 12 sequences; bands: pointwise, 95 %, {METHOD}, {RESAMPLES} resamples, seed 0\n"
             "12 sequences, each its own block, assumed independent\n"
             "euler_error|version:1|frames:40|fps:20|average:at|columns:gt"
         )
@@ -246,7 +246,7 @@ class TestErrors:
         rows = [0] * 9 + [1]  # most draws of blocks have no spread
         figure = npss.plot.errors(motion[0][rows], {"model": motion[1][rows]}, fps=25)
         assert not figure.axes[0].collections
-        assert any("mean over 10 sequences; no band where the blocks do not tell" in t for t in texts(figure))
+        assert any("mean of 10 sequences; no band if the blocks do not bound it" in t for t in texts(figure))
 
     def test_few_blocks_have_their_range(self, motion):
         gt, pred = motion
@@ -260,7 +260,7 @@ class TestErrors:
             there = corners[corners[:, 0] == time, 1]
             assert (there.min(), there.max()) == pytest.approx((of_blocks.min(), of_blocks.max()), rel=1e-9)
         note = (
-            "mean over 6 sequences; bands: pointwise, range of 3 blocks, too few for an interval\n"
+            "mean of 6 sequences; bands: pointwise, range of 3 blocks, too few for an interval\n"
             "3 blocks, 1 of 6 sequences in none\n"
         )
         assert any(note in text for text in texts(figure))
@@ -435,8 +435,8 @@ class TestSensitivity:
             (3, TypeError, "rows: expected a sequence of records"),
             ([3], TypeError, "rows: expected records, got 3 at index 0"),
             ([ROWS[0], {"unit": "rad"}], ValueError, "rows: the record at index 1 lacks distortion, strength, euler_"),
-            ([ROWS[0], record("a", 1, paper=2)], ValueError, "rows: the record at index 1 has other conventions than"),
-            (ROWS[:1], ValueError, "rows: no distortion of several strengths"),
+            ([ROWS[0], record("a", 1, paper=2)], ValueError, "rows: the conventions of the record at index 1 differ"),
+            (ROWS[:1], ValueError, "rows: no distortion has several strengths"),
         ],
     )
     def test_bad_records(self, rows, error, message):
