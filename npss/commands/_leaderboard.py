@@ -45,9 +45,7 @@ def add_parser(commands: Any) -> None:
 
 def add_protocol(parser: argparse.ArgumentParser) -> None:
     """Add the option for the protocol, which files of samples do not state."""
-    parser.add_argument(
-        "--protocol", metavar="NAME", help="state in the signature that the samples are of these test windows"
-    )
+    parser.add_argument("--protocol", metavar="NAME", help="name the test windows of samples in the signature")
 
 
 def add_groups(parser: argparse.ArgumentParser) -> None:
@@ -103,7 +101,9 @@ def add_leaderboard_options(parser: argparse.ArgumentParser) -> None:
         metavar="P",
         help="set the confidence level of intervals and marks (default: %(default)s)",
     )
-    parser.add_argument("--format", choices=FORMATS, default="text", help="set the format (default: %(default)s)")
+    parser.add_argument(
+        "--format", choices=FORMATS, default="text", help="set the format of the output (default: %(default)s)"
+    )
     add_max_size(parser)
 
 

@@ -33,8 +33,8 @@ Score a prediction against its ground truth.
   npss score SAMPLES      one {samples} file of expmap/gt/ACTION_i and expmap/preds/ACTION_i, each (T, 99):
                           Human3.6M exponential maps at 25 frames per second; also prints the Euler error
 
-Give the files before the options. Without --convention, the score is printed by each of paper, released and literal,
-which are different numbers.
+Give the files before the options. Without --convention, the scores by paper, released and literal are printed; they
+are different numbers.
 """
 
 
@@ -60,9 +60,9 @@ def add_parser(commands: Any) -> None:
         help="convert GT and PRED from Human3.6M exponential maps (99 columns) to Euler angles first",
     )
     parser.add_argument("--key", metavar="NAME", help="score only the arrays of this name (default: all)")
-    parser.add_argument("--representation", metavar="NAME", help="state in the signature what the arrays hold")
-    parser.add_argument("--protocol", metavar="NAME", help="state in the signature which test windows these are")
-    parser.add_argument("--fps", type=float, help="set the frames per second, which times and the signature need")
+    parser.add_argument("--representation", metavar="NAME", help="name the representation in the signature")
+    parser.add_argument("--protocol", metavar="NAME", help="name the test windows in the signature")
+    parser.add_argument("--fps", type=float, help="set the frames per second (needed for times)")
     parser.add_argument(
         "--edges-ms",
         type=float,

@@ -23,13 +23,13 @@ from npss.study._summary import summary
 _DESCRIPTION = """\
 Plan a user study, build its survey, and evaluate its votes.
 
-  npss study plan P_A P_B         the number of questions that tells apart two metrics, which agree with people on
-                                  shares P_A and P_B of the questions
+  npss study plan P_A P_B         questions needed to tell apart two metrics that agree with people on shares P_A and
+                                  P_B of the questions
   npss study page DIR -o FILE     a survey on one HTML page, from the samples in DIR, one file per model
   npss study VOTES [VOTES ...]    results of the votes; short for npss study evaluate VOTES
 """
 _EVALUATE = """\
-Count votes by model, and measure how far participants agree. With scores, also report how often each metric agrees
+Count votes by model, and measure the agreement of participants. With scores, also report how often each metric agrees
 with the majority, and test NPSS against the Euler error.
 
 VOTES are CSV files with the columns action, question, sequence, model_a, model_b, participant, choice (A, B or tie):
