@@ -98,22 +98,22 @@ def _record(rows: list[dict[str, str]], protocol: str) -> Record:
     record: dict[str, Any] = {"model": first["model"], "action": first["action"]}
     errors = {row["at"]: float(row["value"]) for row in rows if row["metric"] == EULER_ERROR.name}
     scores = {row["at"]: float(row["value"]) for row in rows if row["metric"] == NPSS.name}
-    stated: dict[str, Any] = {"fps": 25, "frames": 100, "representation": "euler", "protocol": protocol}
+    fields: dict[str, Any] = {"fps": 25, "frames": 100, "representation": "euler", "protocol": protocol}
     if first["action"] == _LAFAN1:
         record["action"] = f"{_LAFAN1}, {first['frames']} frames"
-        stated = {"fps": 30, "frames": int(first["frames"])}
-        stated |= {"representation": "global-quaternions", "protocol": "lafan1", "quaternions": "continuous"}
-    stated["unwrap"] = "off"
+        fields = {"fps": 30, "frames": int(first["frames"])}
+        fields |= {"representation": "global-quaternions", "protocol": "lafan1", "quaternions": "continuous"}
+    fields["unwrap"] = "off"
     if errors:
         record["euler_error"] = errors
-        stated |= EULER_ERROR.stated()
+        fields |= EULER_ERROR.stated()
     if scores:
         record["npss"] = {"released": scores[""]}
     if windows := {window: score for window, score in scores.items() if window}:
         record["npss_windows"] = {"released": windows}
     convention: ConventionName | None = "released" if scores else None
     metrics = [metric for metric in (NPSS.name, EULER_ERROR.name) if metric in record]
-    record["signature"] = signature(convention, metric="+".join(metrics), **stated)
+    record["signature"] = signature(convention, metric="+".join(metrics), **fields)
     record["signatures"] = {}
     if convention:
         record["signatures"][convention] = signature_of(record, NPSS.name, convention)

@@ -116,17 +116,17 @@ def measure(
     others = _others(metrics, at_ms, poses)
     angles = gt, pred
     record: Record = {}
-    alone: Record = {}  # values of single sequences
+    by_sequence: Record = {}  # values of single sequences
     if sequences:
-        alone["statistics"] = STATISTICS_VERSION
+        by_sequence["statistics"] = STATISTICS_VERSION
         truth = motion_pair(gt, pred)[0]
-        alone["fingerprint"] = fingerprint(truth).tolist()
+        by_sequence["fingerprint"] = fingerprint(truth).tolist()
         labels = read_groups("groups", groups, len(truth) if truth.ndim == 3 else 1)
         if labels is not None:
-            alone["groups"] = list(labels)
-    stated = stated_with(measure, context, extra, unwrap=unwrapped)
+            by_sequence["groups"] = list(labels)
+    fields = stated_with(measure, context, extra, unwrap=unwrapped)
     if fps is not None:
-        stated["fps"] = positive_number("fps", fps)
+        fields["fps"] = positive_number("fps", fps)
     joint = NPSS.name
     if at_ms:
         moving, predicted, still = moving_pair(gt, pred)
@@ -138,16 +138,16 @@ def measure(
             record["euler_error"] = {str(time): error for time, error in errors.items()}
             if sequences:
                 frames = {str(time): round(time * _needed(fps) / 1000) for time in errors}
-                alone["euler_error"] = _by_time(sequence_errors(moving, predicted), still, frames)
-            stated |= EULER_ERROR.stated() | ({"still": int(still.sum())} if still.any() else {})
+                by_sequence["euler_error"] = _by_time(sequence_errors(moving, predicted), still, frames)
+            fields |= EULER_ERROR.stated() | ({"still": int(still.sum())} if still.any() else {})
             joint = f"{NPSS.name}+{EULER_ERROR.name}"
     if unwrapped != "off":
         start = seed_frames if unwrapped == "seed" else None
         gt, pred = unwrap(gt, seed_frames=start), unwrap(pred, seed_frames=start)
     record["npss"] = {}
     if sequences:
-        alone |= {"npss": {}, "weight": {}}
-        record["sequences"] = alone
+        by_sequence |= {"npss": {}, "weight": {}}
+        record["sequences"] = by_sequence
     for name in conventions:
         truth, prediction = motion_pair(gt, pred)
         with Progress(NPSS.column(convention=name)) as progress:
@@ -158,15 +158,15 @@ def measure(
             parts = contributions(truth, prediction, as_convention(name), **how)
         record["npss"][name] = parts.score
         numerator, weight = parts.by_sequence()
-        alone["npss"][name] = np.divide(numerator, weight, out=np.zeros(len(weight)), where=weight > 0).tolist()
-        alone["weight"][name] = weight.tolist()
+        by_sequence["npss"][name] = np.divide(numerator, weight, out=np.zeros(len(weight)), where=weight > 0).tolist()
+        by_sequence["weight"][name] = weight.tolist()
     if edges_ms:
         record["npss_windows"] = {
             name: score_windows(gt, pred, fps=_needed(fps), edges_ms=edges_ms, convention=name, workers=workers)
             for name in conventions
         }
     named = conventions[0] if len(conventions) == 1 else tuple(conventions)
-    record["signature"] = signature(named, metric=joint, **stated)
+    record["signature"] = signature(named, metric=joint, **fields)
     record["signatures"] = {name: signature_of(record, NPSS.name, name) for name in conventions}
     if record.get("euler_error"):
         record["signatures"][EULER_ERROR.name] = signature_of(record, EULER_ERROR.name)
@@ -241,12 +241,12 @@ def _add(record: Record, metric: Metric, angles: Any, poses: Any, fps: float | N
         column = metric.column(at_ms=time)
         record.setdefault("metrics", {})[column] = measured.value
         record["signatures"][column] = signature(**fields | ({} if time is None else {"at_ms": time}))
-        alone, values = record.get("sequences"), measured.by_sequence()
-        if alone is None or values is None:
+        by_sequence, values = record.get("sequences"), measured.by_sequence()
+        if by_sequence is None or values is None:
             continue
-        alone.setdefault("metrics", {})[column] = values.tolist()
+        by_sequence.setdefault("metrics", {})[column] = values.tolist()
         if metric.aggregation == "weighted mean":
-            alone["weight"][column] = np.asarray(measured.weight).tolist()
+            by_sequence["weight"][column] = np.asarray(measured.weight).tolist()
 
 
 def summary(records: Sequence[Record], *, markdown: bool = False) -> str:

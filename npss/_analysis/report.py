@@ -140,9 +140,9 @@ class Report:
         lines += ["", table(["joint", "of the score"], shares[:8], "lr")] if shares else []
         if len(shares) > 8:
             lines.append(f"and {len(shares) - 8} more")
-        alone = self.per_sequence
-        worst = np.argsort(-alone, kind="stable")  # NaN comes last
-        lines += ["", table(["sequence", NPSS.heading], [[str(i), f"{alone[i]:.4f}"] for i in worst[:8]], "rr")]
+        scores = self.per_sequence
+        worst = np.argsort(-scores, kind="stable")  # NaN comes last
+        lines += ["", table(["sequence", NPSS.heading], [[str(i), f"{scores[i]:.4f}"] for i in worst[:8]], "rr")]
         if len(worst) > 8:
             lines.append(f"and {len(worst) - 8} more, with less")
         return "\n".join(lines)

@@ -15,7 +15,7 @@ N_SEQUENCES, N_SEED, N_TARGET = 64, 50, 100
 
 
 def add_parser(commands: Any) -> None:
-    """Add the command to those of ``npss``."""
+    """Add the command to ``npss``."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "demo",
         help="rank predictors on a generated gait",

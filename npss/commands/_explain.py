@@ -9,7 +9,7 @@ from npss._metric.explain import explain
 
 
 def add_parser(commands: Any) -> None:
-    """Add the command to those of ``npss``."""
+    """Add the command to ``npss``."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "explain",
         help="explain a signature in plain words",

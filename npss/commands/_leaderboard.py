@@ -28,7 +28,7 @@ Needs pandas (extra pandas).
 
 
 def add_parser(commands: Any) -> None:
-    """Add the command to those of ``npss``."""
+    """Add the command to ``npss``."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "leaderboard",
         help="rank models by their prediction files",

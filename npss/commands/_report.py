@@ -43,7 +43,7 @@ _STRIP_MS = (160, 560, 1000, 2000, 4000)  # as in figure 2 of the NPSS paper
 
 
 def add_parser(commands: Any) -> None:
-    """Add the command to those of ``npss``."""
+    """Add the command to ``npss``."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "report",
         help="write a full report of prediction files",

@@ -39,7 +39,7 @@ are different numbers.
 
 
 def add_parser(commands: Any) -> None:
-    """Add the command to those of ``npss``."""
+    """Add the command to ``npss``."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "score",
         help="score motion files",

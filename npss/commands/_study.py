@@ -42,7 +42,7 @@ test treats the answers of the two metrics as independent samples.
 
 
 def add_parser(commands: Any) -> None:
-    """Add the command to those of ``npss``."""
+    """Add the command to ``npss``."""
     parser: Parser = commands.add_parser(
         "study",
         help="plan a user study, build its survey, evaluate its votes",

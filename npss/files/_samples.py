@@ -149,26 +149,26 @@ def _gibibytes(text: str) -> float:
 
 def _actions(arrays: Arrays) -> dict[str, dict[str, list[str]]]:
     """Check all headers, and return the names of samples by action and kind, in the order of their indices."""
-    found: dict[str, dict[str, dict[int, str]]] = defaultdict(lambda: {"gt": {}, "preds": {}})
+    by_action: dict[str, dict[str, dict[int, str]]] = defaultdict(lambda: {"gt": {}, "preds": {}})
     for name in [*arrays.names("expmap/gt/"), *arrays.names("expmap/preds/")]:
         if match := _SAMPLE.fullmatch(name):
             kind, action, index = match.groups()
-            samples = found[action][kind]
+            samples = by_action[action][kind]
             if int(index) in samples:
                 raise ValueError(f"duplicate sample {name}, with an index written differently")
             samples[int(index)] = name
-    if not found:
+    if not by_action:
         raise ValueError("no arrays expmap/gt/ACTION_i and expmap/preds/ACTION_i in it")
-    for action, kinds in found.items():
-        if alone := sorted(kinds["gt"].keys() ^ kinds["preds"].keys()):
-            raise ValueError(f"{action}_{alone[0]} is not in both expmap/gt and expmap/preds")
+    for action, kinds in by_action.items():
+        if unpaired := sorted(kinds["gt"].keys() ^ kinds["preds"].keys()):
+            raise ValueError(f"{action}_{unpaired[0]} is not in both expmap/gt and expmap/preds")
         for samples in kinds.values():
             shapes = {_sample_shape(name, arrays.header(name)) for name in samples.values()}
             if len(shapes) > 1:
                 raise ValueError(f"the samples of {action} differ in shape: {sorted(shapes)}")
     return {
         action: {kind: [samples[index] for index in sorted(samples)] for kind, samples in kinds.items()}
-        for action, kinds in sorted(found.items())
+        for action, kinds in sorted(by_action.items())
     }
 
 

@@ -83,11 +83,11 @@ def _results(record: Record) -> Iterator[Result]:
     model, action = model_name(record["model"]), one_line(record["action"])
     named: dict[str, Any] = {"model": model, "action": action, "source": source}
     parse_signature(record["signature"])
-    alone = _object("sequences", record.get("sequences", {}))
-    statistics_version(alone)
-    scores, weights = (_object(f"sequences: {name}", alone.get(name, {})) for name in ("npss", "weight"))
-    errors = _object("sequences: euler_error", alone.get("euler_error", {}))
-    fingerprint = _fingerprint(alone["fingerprint"], statistics_version(alone)) if "fingerprint" in alone else None
+    sequences = _object("sequences", record.get("sequences", {}))
+    version = statistics_version(sequences)
+    scores, weights = (_object(f"sequences: {name}", sequences.get(name, {})) for name in ("npss", "weight"))
+    errors = _object("sequences: euler_error", sequences.get("euler_error", {}))
+    fingerprint = _fingerprint(sequences["fingerprint"], version) if "fingerprint" in sequences else None
 
     def result(
         field: str,
@@ -101,7 +101,7 @@ def _results(record: Record) -> Iterator[Result]:
         number = _number(field, value)
         parts: dict[str, Any] = {} if score is None else _parts(field, number, score, weight, fingerprint)
         if parts:
-            parts["groups"] = read_groups("sequences: groups", alone.get("groups"), len(parts["weight"]))
+            parts["groups"] = read_groups("sequences: groups", sequences.get("groups"), len(parts["weight"]))
             Blocks(parts["groups"], parts["weight"])  # checks that a block has power
         return Result(**named, **parts, **traits, column=column, value=number, signature=which)
 
@@ -123,7 +123,7 @@ def _results(record: Record) -> Iterator[Result]:
             error = [0.0 if value is None else value for value in error]
         traits = {**_traits(EULER_ERROR), "time": f"{time} ms"}
         yield result(f"euler_error: {time}", column, value, which, error, weight, **traits)
-    others, signatures = (_object("sequences: metrics", alone.get("metrics", {})), record.get("signatures", {}))
+    others, signatures = (_object("sequences: metrics", sequences.get("metrics", {})), record.get("signatures", {}))
     for name, value in _object("metrics", record.get("metrics", {})).items():
         metric = metric_of_column(name)
         if not name or name != one_line(name) or metric in (NPSS, EULER_ERROR):

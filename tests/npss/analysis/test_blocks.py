@@ -1,4 +1,4 @@
-"""Blocks: of windows, against plain loops; sums, against definitions; and what they promise, by simulation."""
+"""Blocks: windows against plain loops, sums against definitions, and error rates by simulation."""
 
 import numpy as np
 import pytest
@@ -55,7 +55,7 @@ class TestWindows:
         assert labels[starts.index(304)] == labels[starts.index(332)] == "clip 1, frames 354-481"
 
     @given(lengths=LENGTHS, n_target=st.integers(1, 100), late=st.booleans())
-    def test_chains_are_of_windows_that_share_frames(self, lengths, n_target, late):
+    def test_chains_join_windows_that_share_frames(self, lengths, n_target, late):
         windows = srnn_windows(lengths, n_target=n_target, late=late)
         assert partition(chain_blocks(windows)) == linked(windows)
         assert chain_blocks(windows) == window_blocks("srnn-8-late" if late else "srnn-8", lengths, n_target=n_target)
@@ -85,7 +85,7 @@ class TestWindows:
         a, b = "clip 0, frames 1-250", "clip 0, frames 251-350"
         assert chain_blocks(windows) == (a, a, a, b, "clip 0, frames 401-500", "clip 1, frames 1-100")
 
-    def test_windows_that_are_none(self):
+    def test_invalid_windows(self):
         for windows in ([3], [(0, 1, 2, 3)], [None]):
             with pytest.raises(TypeError, match=r"^windows: expected a Window, got .* at index 0"):
                 chain_blocks(windows)
@@ -100,7 +100,7 @@ class TestWindows:
         with pytest.raises(TypeError, match=r"^lengths: "):
             stretch_blocks([Window(0, 1, 50, 100)], [500.0])
 
-    def test_protocols_that_are_none(self):
+    def test_invalid_protocols(self):
         with pytest.raises(ValueError, match=r"^protocol: expected one of srnn-8, srnn-8-late, random-256, got 'mine'"):
             window_blocks("mine", (1500, 1261))
         with pytest.raises(TypeError, match=r"^lengths: expected a positive integer, got None"):
@@ -183,7 +183,7 @@ def slack(share, sets):
 
 
 @pytest.mark.parametrize("phi", PHIS)
-def test_models_that_err_alike_are_rarely_told_apart(pairs, phi):
+def test_equally_good_models_are_rarely_told_apart(pairs, phi):
     rng = np.random.default_rng(2)
     rejected, held = overlap.rates(overlap.cut(pairs, 13, rng, 20), phi, sets=400)
     assert rejected <= 0.065 + slack(0.065, 400)  # measured, of 10 000: .049 and .062

@@ -1,4 +1,4 @@
-"""The studentised bootstrap of a quotient of sums: against plain loops, every draw there is, and what it promises."""
+"""The studentised bootstrap of a quotient of sums, against plain loops, all draws, and its coverage."""
 
 from itertools import product
 
@@ -54,7 +54,7 @@ def check_tails(errors, lower, upper, slack):
 
 
 @pytest.mark.parametrize("n", [8, 13, 30])
-def test_quantiles_are_those_of_plain_loops(n):
+def test_quantiles_equal_those_of_plain_loops(n):
     numerator, denominator = sequences(n)
     rng = np.random.default_rng(100)
     errors = plain_studentised(numerator, denominator, rng.integers(n, size=(2500, n)))
@@ -63,7 +63,7 @@ def test_quantiles_are_those_of_plain_loops(n):
 
 
 @pytest.mark.parametrize(("n", "seed"), [(4, 2), (5, 0), (5, 1)])
-def test_quantiles_are_those_of_every_draw_there_is(n, seed):
+def test_quantiles_equal_those_of_all_draws(n, seed):
     numerator, denominator = sequences(n, seed)
     errors = plain_studentised(numerator, denominator, list(product(range(n), repeat=n)))
     check_tails(errors, *quantiles_behind(numerator, denominator), 4 * np.sqrt(TAIL * (1 - TAIL) * 1e-4))
@@ -106,7 +106,7 @@ def test_coverage(kind, n, range_, gain):
     assert covered > np.mean((plain_low <= true) & (true <= plain_high)) + gain
 
 
-def test_other_levels_cover_as_they_say():
+def test_coverage_of_other_levels():
     numerator, denominator, true = mild(np.random.default_rng(5), (2000, 16))
     for level, range_ in ((0.5, (0.47, 0.53)), (0.8, (0.77, 0.83)), (0.99, (0.975, 0.997))):
         low, high = bootstrap_interval(numerator, denominator, level=level, resamples=999)
@@ -181,7 +181,7 @@ def test_sequences_without_weight_do_not_count(seed, n, data):
 
 
 @pytest.mark.parametrize("n", [1, 3, 9])
-def test_many_at_once_are_as_one_by_one(n):
+def test_many_at_once_equal_one_by_one(n):
     numerator, denominator = (np.stack(some).reshape(2, 3, n) for some in zip(*map(sequences, [n] * 6), strict=True))
     numerator *= np.arange(1, 7).reshape(2, 3, 1)
     numerator[0, 1] = 0.0
@@ -200,7 +200,7 @@ def test_blocks_change_nothing(monkeypatch):
     np.testing.assert_allclose(bootstrap_interval(numerator, denominator, resamples=1000), expected, rtol=1e-9)
 
 
-def test_what_is_given_is_not_written_to():
+def test_inputs_are_not_modified():
     both = sequences(8)
     copies = [array.copy() for array in both]
     bootstrap_interval(*both)
@@ -208,7 +208,7 @@ def test_what_is_given_is_not_written_to():
 
 
 @pytest.mark.parametrize("level", [0, 1, -0.5, 95, float("nan"), float("inf")])
-def test_levels_that_are_none(level):
+def test_invalid_levels(level):
     with pytest.raises(ValueError, match=r"^level: expected a number between 0 and 1, got"):
         checked_level(level)
 
@@ -219,7 +219,7 @@ def test_levels_of_another_type(level):
         checked_level(level)
 
 
-def test_seeds_that_are_none():
+def test_invalid_seeds():
     for seed in (None, 1.0, "1", True, [1]):
         with pytest.raises(TypeError, match=r"^seed: expected a whole number or a numpy\.random\.Generator, got"):
             bootstrap_interval(*sequences(4), seed=seed)

@@ -1,4 +1,4 @@
-"""Two predictions compared: the test against scipy and brute force, what it promises by simulation, what it refuses."""
+"""Comparisons: the test against scipy and brute force, error rates by simulation, and invalid input."""
 
 import copy
 import pickle
@@ -53,7 +53,7 @@ def simulated(n, count, mean=0.0, levels=(0.95,)):
     differences=st.lists(st.integers(-6, 6), min_size=2, max_size=9),  # ties, zeros
     factor=st.sampled_from([1.0, 0.1, 1e-8, 1e200, 1 / 3]),
 )
-def test_p_is_that_of_scipy(differences, factor):
+def test_p_value_equals_scipy_s(differences, factor):
     difference = np.array(differences) * factor
     weight = np.full(len(difference), factor)
     expected = stats.permutation_test(
@@ -167,7 +167,7 @@ def test_rounding_does_not_decide():
 # --- what it promises -------------------------------------------------------------------------------------------------
 
 
-def test_p_values_are_uniform_where_models_are_as_good_as_each_other():
+def test_p_values_are_uniform_for_equally_good_models():
     n, count = 8, 2000
     p_values, _ = simulated(n, count)
     steps = np.arange(1, 2 ** (n - 1) + 1) / 2 ** (n - 1)
@@ -188,7 +188,7 @@ def test_p_values_of_motion_are_never_too_small():
 
 
 @pytest.mark.parametrize(("n", "covers"), [(6, 1 - 1 / 32), (8, 1 - 6 / 128), (12, 1 - 102 / 2048)])
-def test_intervals_cover_as_often_as_they_say_whatever_the_weights(n, covers):
+def test_intervals_cover_at_their_level_for_any_weights(n, covers):
     _, intervals = simulated(n, 1500, mean=0.7)
     low, high = np.array(intervals)[:, 0].T
     covered = np.mean((low <= 0.7) & (high >= 0.7))
@@ -224,7 +224,7 @@ def test_equal_scores_are_not_enough():
 
 @settings(max_examples=30)
 @given(n=st.integers(2, 9), seed=st.integers(0, 10_000), level=st.sampled_from([0.5, 0.9, 0.95, 0.99]))
-def test_the_interval_is_of_what_the_test_does_not_reject(n, seed, level):
+def test_the_interval_holds_the_differences_not_rejected(n, seed, level):
     difference, weight = differences(n, seed, mean=0.5)
     low, high = sign_flips(difference, weight).interval(level)
     for delta in [*np.linspace(-4, 5, 37), low - 1e-6, low + 1e-6, high - 1e-6, high + 1e-6]:
@@ -325,7 +325,7 @@ def test_sequence_errors_of_many_and_of_large_values():
 
 @pytest.mark.parametrize("options", [{}, {"metric": "euler_error", "fps": 25, "at_ms": 400}])
 @pytest.mark.parametrize("n", [7, 18])
-def test_exchanging_the_models_changes_the_sign_alone(options, n):
+def test_exchanging_the_models_changes_only_the_sign(options, n):
     gt, one, other = motions(n=n)
     first, second = npss.compare(gt, one, other, **options), npss.compare(gt, other, one, **options)
     assert (first.a, first.b) == (second.b, second.a)
@@ -415,7 +415,7 @@ def test_fewer_than_six_blocks_give_no_p_value():
     assert six.p_value >= 2 / 2**6
 
 
-def test_groups_that_are_none():
+def test_invalid_groups():
     for groups, error, message in (
         ([1.5] * 8, TypeError, "groups: expected text, a whole number, or None for no block, got 1.5 at 0"),
         (["a"] * 7, ValueError, "groups: expected 8 labels, one for each sequence, got 7"),
@@ -441,7 +441,7 @@ def test_the_seed_draws_the_exchanges():
     assert few[0].p_value == few[1].p_value
 
 
-def test_the_text_says_the_numbers_and_what_they_are():
+def test_the_text_has_the_numbers_and_their_meaning():
     gt, one, other = motions()
     comparison = npss.compare(gt, one, other, fps=25, representation="euler")
     low, high = comparison.interval()
@@ -457,7 +457,7 @@ def test_the_text_says_the_numbers_and_what_they_are():
     assert "over 17 blocks, 9999 random exchanges" in str(npss.compare(*motions(n=17)))
 
 
-def test_a_comparison_can_be_kept_and_not_changed():
+def test_a_comparison_can_be_pickled_and_is_frozen():
     comparison = npss.compare(*motions())
     with pytest.raises(AttributeError):
         comparison.p_value = 0.0
@@ -523,7 +523,7 @@ class TestRefused:
         with pytest.raises(TypeError, match=rf"^{name}: the signature states it anyway"):
             npss.compare(*motion, **{name: 7}, **options)
 
-    def test_conventions_and_rates_that_are_none(self, options, motion):
+    def test_invalid_conventions_and_rates(self, options, motion):
         with pytest.raises(ValueError, match=r"^convention: expected one of"):
             npss.compare(*motion, convention="Paper", **options)
         with pytest.raises(TypeError, match=r"^fps: expected a positive number"):
@@ -531,20 +531,20 @@ class TestRefused:
         with pytest.raises(ValueError, match=r"^fps: expected a positive"):
             npss.compare(*motion, **options | {"fps": -25})
 
-    def test_levels_that_are_none(self, options, motion):
+    def test_invalid_levels(self, options, motion):
         comparison = npss.compare(*motion, **options)
         with pytest.raises(ValueError, match=r"^level: "):
             comparison.interval(level=95)
         with pytest.raises(TypeError, match=r"^level: "):
             comparison.interval(level="0.95")
 
-    def test_inputs_are_not_written_to(self, options, motion):
+    def test_inputs_are_not_modified(self, options, motion):
         copies = [array.copy() for array in motion]
         npss.compare(*motion, **options)
         np.testing.assert_array_equal(motion, copies)
 
 
-def test_metrics_that_are_none():
+def test_invalid_metrics():
     with pytest.raises(ValueError, match=r"^metric: unknown metric 'rmse'; known: npss, euler_error, mse"):
         npss.compare(*motions(), metric="rmse")
     with pytest.raises(TypeError, match=r"^metric: expected the name of a metric, got None"):

@@ -1,4 +1,4 @@
-"""The traps: each is found where it was set, with place and count, and motion that is well is left alone."""
+"""Pitfalls: each is found where it was planted, with place and count; sound motion has none."""
 
 from functools import cache
 
@@ -85,7 +85,7 @@ def test_names_are_those_of_the_documentation():
 
 @pytest.mark.parametrize("n_frames", [1, 2, 3, 4, 5, 6, 9, 10, 25, 100])
 @pytest.mark.parametrize("seed", range(3))
-def test_gait_is_in_no_trap(n_frames, seed):
+def test_gait_has_no_pitfall(n_frames, seed):
     angles = walks(seed=seed)
     gt, seen = angles[:, 50 : 50 + n_frames], angles[:, 50 - n_frames : 50] if n_frames <= 50 else angles[:, :n_frames]
     noisy = gt + 0.02 * np.random.default_rng(seed).normal(size=gt.shape)
@@ -101,7 +101,7 @@ def test_gait_is_in_no_trap(n_frames, seed):
     n_frames=st.integers(25, 60),  # in fewer, one feature may come close to another's past by chance
     scale=st.sampled_from([1e-200, 1e-3, 1.0]),
 )
-def test_random_walks_of_one_feature_are_in_no_trap(seed, n, n_frames, scale):
+def test_random_walks_of_one_feature_have_no_pitfall(seed, n, n_frames, scale):
     gt, pred = 0.2 * scale * np.random.default_rng(seed).normal(size=(2, n, n_frames, 1)).cumsum(axis=2)
     assert find(gt, pred) == []
 
@@ -113,7 +113,7 @@ def test_any_precision(dtype):
 
 
 @pytest.mark.parametrize("size", [1e150, 1e200, 1.7e308])
-def test_huge_values_are_in_no_trap_and_overflow_nothing(size):
+def test_huge_values_have_no_pitfall_and_do_not_overflow(size):
     gt, pred = size * np.random.default_rng(0).uniform(-1, 1, size=(2, 3, 40, 8))
     assert find(gt, pred) == []
     assert traps(gt[:, :-1], gt[:, 1:]) == [("shift", "pred")]
@@ -249,7 +249,7 @@ def test_wraps_of_one_sequence(motion):
     assert (finding.trap, finding.count, finding.where) == ("wrap", 1, (0, 30, 7))
 
 
-def test_unwrapping_removes_what_is_found(motion):
+def test_unwrapping_removes_the_findings(motion):
     gt = motion[0] + 3.0
     wrapped = (gt + np.pi) % (2 * np.pi) - np.pi
     assert traps(wrapped, motion[1]) == [("wrap", "gt")]
@@ -295,7 +295,7 @@ def test_every_sign_flip_is_counted_and_the_first_named(data):
     assert str(finding).endswith(f"the first at sequence, frame, quaternion {min(places)}")
 
 
-def test_what_looks_like_a_sign_flip_and_is_none():
+def test_not_a_sign_flip():
     turned = quaternions()
     turned[..., :4] *= -1  # throughout: no flip
     assert find(turned, quaternions(), trap="quaternion-sign") == []
@@ -514,7 +514,7 @@ def test_periodic_motion_without_a_shift():
 
 @pytest.mark.parametrize(("first", "last"), [(1, 0), (10, 0), (0, 1), (0, 3), (10, 1)])
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_context_that_is_left_in(motion, first, last, dtype):
+def test_context_left_in(motion, first, last, dtype):
     gt, pred = motion
     pred[:, :first] = gt[:, :first].astype(dtype)
     pred[:, 100 - last :] = gt[:, 100 - last :].astype(dtype)
@@ -795,7 +795,7 @@ def test_what_has_no_weight_need_have_no_real_power(motion):
 # --- blocks -----------------------------------------------------------------------------------------------------------
 
 
-def test_places_are_those_of_the_whole_in_whatever_blocks(monkeypatch):
+def test_places_do_not_depend_on_blocks(monkeypatch):
     gt = np.tile(walks(n=4, n_frames=100)[..., :40], (20, 1, 1))  # 80 * 100 * 40 values: more than one block
     assert gt.size > _diagnose._BLOCK
     pred = gt[:, ::-1].copy()
@@ -834,7 +834,7 @@ def test_sums_over_blocks(monkeypatch, motion):
 # --- the command line -------------------------------------------------------------------------------------------------
 
 
-def test_the_command_line_says_it(capsys, tmp_path, motion):
+def test_the_command_line_prints_findings(capsys, tmp_path, motion):
     for name, array in zip(("gt", "pred"), motion, strict=True):
         np.save(tmp_path / f"{name}.npy", array)
     files = [str(tmp_path / "gt.npy"), str(tmp_path / "pred.npy")]
@@ -849,7 +849,7 @@ def test_the_command_line_says_it(capsys, tmp_path, motion):
     assert len(expected) == 2
 
 
-def test_a_flip_in_the_middle_costs_all_there_is():
+def test_a_flip_in_the_middle_has_the_maximal_cost():
     """As docs/comparing.md says: the same rotations, and half of the frames' number."""
     still = np.zeros((1, 100, 4))
     still[..., :] = 0.5

@@ -1,4 +1,4 @@
-"""Fingerprints of ground truths: copies are recognised, and nothing else is taken for one."""
+"""Fingerprints of ground truths identify copies, and nothing else."""
 
 import math
 
@@ -114,7 +114,7 @@ def test_no_two_features_have_the_same_coefficients_and_no_two_frames(length):
         assert min(apart) > 1e-3  # of a difference of 1; the tolerance is 1e-5
 
 
-def test_a_sequence_of_zeros_is_like_itself_alone():
+def test_a_sequence_of_zeros_equals_only_itself():
     zeros = fingerprint(np.zeros((2, 9, 4)))
     assert not differing(zeros, zeros).any()
     assert differing(zeros, fingerprint(np.full((2, 9, 4), 1e-30))).all()

@@ -1,4 +1,4 @@
-"""A score taken apart: against the oracles column by column, against `npss.score`, and what it says and refuses."""
+"""Reports: against the oracles column by column, against `npss.score`, their text, and invalid input."""
 
 import copy
 import dataclasses
@@ -112,7 +112,7 @@ def test_one_sequence_is_a_set_of_one():
     ("feature", "joint"),
     [("LeftArm.x", "LeftArm"), ("a.b.c", "a.b"), ("hip", "hip"), ("0", "0"), ("", ""), (".x", ".x"), ("x.", "x")],
 )
-def test_what_stands_before_the_last_dot_is_the_joint(feature, joint):
+def test_the_joint_is_the_name_up_to_the_last_dot(feature, joint):
     assert joint_of(feature) == joint
 
 
@@ -154,7 +154,7 @@ def test_names_may_be_any_sequence_of_text():
         assert npss.report(*motions(d=2), feature_names=names).feature_names == ("a", "b")
 
 
-def test_names_that_are_none():
+def test_invalid_names():
     gt, pred = motions(d=3)
     for names in ("abc", 3, b"abc"):
         with pytest.raises(TypeError, match=r"^feature_names: expected a sequence of names, got"):
@@ -170,7 +170,7 @@ def test_names_that_are_none():
 # --- without power ----------------------------------------------------------------------------------------------------
 
 
-def test_what_has_no_power_has_no_score_and_changes_none():
+def test_sequences_without_power_have_no_score_and_change_none():
     gt, pred = motions(n=6)
     still = gt.copy()
     still[[0, 3]] = 0
@@ -239,7 +239,7 @@ def test_predictions_of_any_size():
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_values_that_are_none_are_named(bad):
+def test_invalid_values_are_named(bad):
     for which, name in enumerate(("gt", "pred")):
         both = motions()
         both[which][2, 3, 1] = bad
@@ -302,7 +302,7 @@ def test_the_order_of_sequences_and_the_names_of_blocks_do_not_matter():
     close(apart.interval(seed=1), expected)
 
 
-def test_groups_that_are_none():
+def test_invalid_groups():
     gt, pred = motions(n=3)
     for groups in ("abc", 3, b"abc", {"a", "b", "c"}, frozenset("abc"), {0: "a", 1: "a", 2: "b"}):
         with pytest.raises(TypeError, match=r"^groups: expected a sequence of labels, one for each sequence, got"):
@@ -324,7 +324,7 @@ def test_groups_that_are_none():
         npss.report(gt, pred, groups=["a", None, None])
 
 
-def test_intervals_that_are_none():
+def test_invalid_intervals():
     report = npss.report(*motions())
     with pytest.raises(ValueError, match=r"^level: "):
         report.interval(level=95)
@@ -363,7 +363,7 @@ def test_a_signature_cannot_be_made_to_lie(name):
 
 
 @pytest.mark.parametrize(("n", "d"), [(1, 1), (8, 8), (9, 9), (20, 30)])
-def test_the_text_says_the_numbers_and_what_they_are(n, d):
+def test_the_text_has_the_numbers_and_their_meaning(n, d):
     names = [f"joint{i}.x" for i in range(d)]
     report = npss.report(*motions(n=n, d=d), fps=25, feature_names=names)
     text = str(report)

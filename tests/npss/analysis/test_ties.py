@@ -1,4 +1,4 @@
-"""Near-ties: constant predictions are equal by theorem and share a rank, whatever rounding makes of them."""
+"""Ties: constant predictions, equal in theory, share a rank in spite of rounding."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def test_constant_predictions_share_a_rank(convention, n_frames, scale, level):
     assert ranks["moves"] not in {ranks[name] for name in poses}
 
 
-def test_what_equal_is():
+def test_the_tolerance():
     for a, b in ((1, 1 + 9e-10), (1000, 1000 + 9e-7), (0, 9e-13), (1e-6, 1e-6 + 9e-13), (2.5, 2.5)):
         assert tied(a, b)
         assert tied(b, a)

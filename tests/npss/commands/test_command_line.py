@@ -231,7 +231,7 @@ def broken(tmp_path, poses):
     yield ["good.npy", "good.npy", "--fps", "0"], "fps"
 
 
-def test_what_cannot_be_done_is_one_line_and_status_2(capsys, tmp_path, poses, monkeypatch):
+def test_errors_are_one_line_and_status_2(capsys, tmp_path, poses, monkeypatch):
     pytest.importorskip("h5py")
     cases = list(broken(tmp_path, poses))
     monkeypatch.chdir(tmp_path)
@@ -334,7 +334,7 @@ def test_control_c_is_one_line(monkeypatch, capsys, program):
         ([], "npss: error: the following arguments are required: COMMAND (see npss --help)"),
     ],
 )
-def test_a_misspelt_option_is_answered_with_the_one_that_was_meant(capsys, arguments, message):
+def test_a_misspelt_option_gets_a_suggestion(capsys, arguments, message):
     status, out, err = run(capsys, *arguments)
     assert (status, out) == (2, "")
     assert err.startswith(message), err
@@ -354,7 +354,7 @@ def test_a_misspelt_option_is_answered_with_the_one_that_was_meant(capsys, argum
         (ImportError("two\nlines"), "two lines"),
     ],
 )
-def test_errors_are_told_in_one_line(monkeypatch, capsys, error, message):
+def test_error_messages_are_one_line(monkeypatch, capsys, error, message):
     from npss.commands import _explain as explain
 
     def broken(options):
@@ -371,7 +371,7 @@ def test_errors_are_told_in_one_line(monkeypatch, capsys, error, message):
         assert err.endswith(f"; {hint}\n")
 
 
-def test_an_error_of_the_system_says_what_was_being_done(tmp_path):
+def test_a_system_error_names_the_operation(tmp_path):
     with (
         pytest.raises(PermissionError, match=r"reading the votes: votes\.csv: Permission denied$"),
         doing("reading the votes"),

@@ -1,4 +1,4 @@
-"""The page of `npss report` and of `npss-baselines leaderboard --report`: all of it, in whole, from files."""
+"""The pages of `npss report` and `npss-baselines leaderboard --report`, from files."""
 
 import base64
 import json
@@ -55,7 +55,7 @@ def test_has_the_tables_and_what_they_mean(page, folder):
         assert line in unescape(page)
 
 
-def test_says_of_each_prediction_what_was_found_and_of_the_ground_truth_once(page):
+def test_lists_findings_of_each_prediction_and_once_of_the_ground_truth(page):
     headings = re.findall(r"<h3>([^<]*)</h3>\s*<ul", page)
     assert headings == ["eating, ground truth", "walking, ground truth", "walking, still"]
     assert unescape(page).count("4 constant predictions (of 4 sequences)") == 1
@@ -97,7 +97,7 @@ def test_a_page_without_a_folder(capsys, folder, tmp_path):
 
 
 @pytest.mark.parametrize("command", [["report"], ["study", "page", "--action", "walking"]])
-def test_a_page_never_replaces_what_it_is_made_of(capsys, folder, tmp_path, command):
+def test_a_page_never_replaces_its_inputs(capsys, folder, tmp_path, command):
     model = tmp_path / "model.npz"
     model.write_bytes((folder / "near.npz").read_bytes())
     (tmp_path / "page.html").symlink_to(model)

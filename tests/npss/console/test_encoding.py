@@ -1,4 +1,4 @@
-"""Signs are printed whatever the encoding of standard output is."""
+"""Characters are printed in any encoding of standard output."""
 
 import io
 import os
@@ -53,7 +53,7 @@ def test_other_characters_are_question_marks(monkeypatch):
     assert printed(monkeypatch, "日本\udcff", "utf-8") == "日本?".encode()
 
 
-def test_what_the_user_has_chosen_stays(monkeypatch):
+def test_the_user_s_error_handler_stays(monkeypatch):
     assert printed(monkeypatch, "†", "ascii", "backslashreplace") == b"\\u2020"
 
 

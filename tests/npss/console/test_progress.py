@@ -1,4 +1,4 @@
-"""How far long work is: a line on a terminal, gone when it is over; elsewhere a plain line every so often."""
+"""Progress: a bar on a terminal, cleared at the end; a line now and then in a log."""
 
 import io
 
@@ -22,7 +22,7 @@ def clock(monkeypatch):
     monkeypatch.setattr(_progress.time, "monotonic", lambda: float(next(seconds)))
 
 
-def test_shows_how_much_and_how_long(monkeypatch, clock):
+def test_shows_the_share_and_the_remaining_time(monkeypatch, clock):
     terminal = Terminal()
     monkeypatch.setattr("sys.stderr", terminal)
     with Progress("counting") as progress:
@@ -34,7 +34,7 @@ def test_shows_how_much_and_how_long(monkeypatch, clock):
     assert shown[3] == "\x1b[K"
 
 
-def test_what_had_been_done_before_took_no_time(monkeypatch, clock):
+def test_resumed_work_does_not_count_earlier_work(monkeypatch, clock):
     terminal = Terminal()
     monkeypatch.setattr("sys.stderr", terminal)
     with Progress("counting", done=0.5) as progress:

@@ -1,4 +1,4 @@
-"""Text in Markdown and in LaTeX: it is shown as it is, whatever is in it."""
+"""Text in Markdown and LaTeX is shown unchanged."""
 
 import re
 from html import unescape
@@ -43,7 +43,7 @@ def markdown():
 @example("![a](b)")
 @example(r"\*a\*")
 @example("a|b")
-def test_markdown_shows_text_as_it_is(markdown, text):
+def test_markdown_shows_text_unchanged(markdown, text):
     if not text:
         return
     assert shown(re.fullmatch(r"<ul>\n<li>(.*)</li>\n</ul>\n", markdown(f"- {markdown_text(text)}"), re.S)[1]) == text
@@ -56,7 +56,7 @@ def test_markdown_shows_text_as_it_is(markdown, text):
 @given(LINE)
 @example("a`b``c")
 @example("`")
-def test_code_in_markdown_is_as_it_is(markdown, text):
+def test_code_in_markdown_is_unchanged(markdown, text):
     if text:
         assert shown(re.fullmatch(r"<p><code>(.*)</code></p>\n", markdown(markdown_code(text)), re.S)[1]) == text
 

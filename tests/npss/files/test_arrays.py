@@ -1,4 +1,4 @@
-"""Files of arrays that are damaged, hostile, or hold more than what is asked for."""
+"""Files of arrays that are damaged, hostile, or hold more than is needed."""
 
 import os
 import tracemalloc
@@ -64,7 +64,7 @@ class TestOnlyWhatIsNeeded:
         "beside",
         [{"fps": 25}, {"names": np.array(["x"])}, {"config": np.array([{}], dtype=object)}, {"made": b"bytes"}],
     )
-    def test_what_stands_beside_motion(self, capsys, tmp_path, poses, beside):
+    def test_values_beside_motion(self, capsys, tmp_path, poses, beside):
         for name, motion in zip(("gt", "pred"), poses, strict=True):
             np.savez(tmp_path / f"{name}.npz", motion=motion, **beside)
         (pair,) = read_pair(tmp_path / "gt.npz", tmp_path / "pred.npz")
@@ -192,7 +192,7 @@ class TestLinks:
 
 class TestSize:
     @pytest.mark.parametrize("suffix", [".npz", ".h5"])
-    def test_what_is_no_layout_is_refused_before_it_is_read(self, tmp_path, poses, suffix):
+    def test_invalid_layouts_are_refused_before_reading(self, tmp_path, poses, suffix):
         big = np.broadcast_to(np.float32(0), (2**17, 99))
         arrays = {**samples(poses), "expmap/gt/walking_0": big}
         path = tmp_path / f"a{suffix}"
@@ -294,7 +294,7 @@ class TestNpz:
         return content.getvalue()
 
     @pytest.mark.parametrize("content", [b"hello", b"", b"\x93NUMPY\x03\x00", b"\x93NUMPY\x01\x00\x05\x00{1:2}"])
-    def test_a_member_that_is_no_array(self, tmp_path, content):
+    def test_a_member_that_is_not_an_array(self, tmp_path, content):
         path = self.write(tmp_path / "a.npz", [("a.npy", content)])
         with pytest.raises(ValueError, match=r"a\.npz: a: not a \.npy array"):
             read_pair(path, path)
@@ -309,7 +309,7 @@ class TestNpz:
         path = self.write(tmp_path / "a.npz", [("readme.txt", "x"), ("a.npy", self.npy(poses[0]))])
         assert read_pair(path, path)[0].name == "a"
 
-    def test_a_shape_of_more_than_there_is(self, tmp_path, poses):
+    def test_a_shape_larger_than_the_file(self, tmp_path, poses):
         whole = self.npy(poses[0])
         lying = whole.replace(b"(2, 12, 99)", b"(2, 99, 99)")
         path = self.write(tmp_path / "a.npz", [("a.npy", lying)])
@@ -317,7 +317,7 @@ class TestNpz:
             read_pair(path, path)
 
     @pytest.mark.filterwarnings("ignore:Duplicate name")
-    def test_a_member_that_is_there_twice(self, tmp_path, poses):
+    def test_a_duplicate_member(self, tmp_path, poses):
         path = self.write(tmp_path / "a.npz", 2 * [("a.npy", self.npy(poses[0]))])
         with pytest.raises(ValueError, match=r"a\.npz: duplicate array a\.npy"):
             read_pair(path, path)

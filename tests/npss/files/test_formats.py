@@ -1,4 +1,4 @@
-"""The registry of file formats: one that a user registers is read and written wherever files are."""
+"""The registry of file formats: a registered format is read and written wherever files are."""
 
 import json
 
@@ -37,7 +37,7 @@ def _lists():
 
 
 class TestBuiltIn:
-    def test_what_each_can_hold(self):
+    def test_contents_of_each_format(self):
         assert suffixes("array") == (".npy",)
         assert suffixes("arrays") == (".npz",)
         assert suffixes("samples") == suffixes("write") == (".h5", ".hdf5", ".npz")
@@ -55,7 +55,7 @@ class TestBuiltIn:
         assert np.array_equal(pair.pred, poses[1])
         assert np.array_equal(pair.stored_curve, np.arange(12.0))
 
-    def test_what_cannot_be_written(self, tmp_path):
+    def test_formats_that_cannot_be_written(self, tmp_path):
         with pytest.raises(ValueError, match=r"a\.json: expected a \.h5, \.hdf5 or \.npz file"):
             write_samples(tmp_path / "a.json", {})
 
@@ -147,7 +147,7 @@ class TestRegistration:
         with pytest.raises(ValueError, match=r"^the suffix '\.npz' is registered already$"):
             register_format(Format((".npz",), array=np.load))
 
-    def test_what_is_no_format(self):
+    def test_invalid_formats(self):
         with pytest.raises(TypeError, match=r"^form: expected a Format, got None"):
             register_format(None)
 

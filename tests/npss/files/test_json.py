@@ -1,4 +1,4 @@
-"""JSON is read strictly, and named where it cannot be."""
+"""JSON is read strictly, and errors name the file."""
 
 import json
 
@@ -16,25 +16,25 @@ VALUES = st.recursive(
 
 
 @given(VALUES)
-def test_what_json_writes_is_read(value):
+def test_written_json_is_read(value):
     assert parse_json(json.dumps(value)) == value
 
 
 @pytest.mark.parametrize("opening", ["[", '{"a":'])
-def test_nested_too_deep(tmp_path, opening):
+def test_nested_too_deeply(tmp_path, opening):
     path = tmp_path / "deep.json"
     path.write_text(opening * 100_000, encoding="utf-8")
     with pytest.raises(ValueError, match=r"deep\.json: invalid JSON: nested too deeply"):
         read_json(path)
 
 
-def test_a_field_that_is_there_twice():
+def test_a_duplicate_field():
     with pytest.raises(ValueError, match="duplicate field 'b'"):
         parse_json('[{"a": 1, "b": 2, "b": 2}]')
 
 
 @pytest.mark.parametrize("text", ["", "{", "[1,]", "\ufeff[]", "1" * 10_000])
-def test_what_is_no_json(text):
+def test_invalid_json(text):
     with pytest.raises(ValueError, match="invalid JSON"):
         parse_json(text)
 

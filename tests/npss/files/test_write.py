@@ -1,4 +1,4 @@
-"""Files are replaced whole or not at all."""
+"""Files are replaced atomically."""
 
 import os
 import stat
@@ -75,7 +75,7 @@ def test_keeps_the_permissions_of_what_it_replaces(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everything")
-def test_does_not_replace_what_may_not_be_written(tmp_path: Path) -> None:
+def test_does_not_replace_read_only_files(tmp_path: Path) -> None:
     path = tmp_path / "file"
     path.touch()
     path.chmod(0o400)
@@ -111,7 +111,7 @@ def test_writes_what_is_in_the_stream(tmp_path: Path) -> None:
     assert (tmp_path / "file").read_bytes() == b"all of it"
 
 
-def test_an_error_in_the_stream_leaves_what_was_there(tmp_path: Path) -> None:
+def test_an_error_in_the_stream_keeps_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "file"
     path.write_bytes(b"before")
 

@@ -1,4 +1,4 @@
-"""The pages in a browser: they move, can be answered and read, and ask nothing of the network."""
+"""The pages in a browser: they move, can be answered and read, and request nothing from the network."""
 
 import json
 import shutil
@@ -303,7 +303,7 @@ def test_figures_stand_upright_with_left_and_right_in_colours_of_their_own(open_
 
 
 @pytest.mark.parametrize("page", ["survey", "report"])
-def test_who_wants_less_motion_starts_it_himself(open_page, page):
+def test_reduced_motion_does_not_start_by_itself(open_page, page):
     browser = open_page(page, motion="reduce")
     if page == "survey":
         start(browser)
@@ -411,7 +411,7 @@ def test_nobody_finishes_without_answering(open_page):
     assert get(browser, "#end").is_displayed()
 
 
-def test_a_survey_by_keys_alone(open_page):
+def test_a_survey_by_keyboard(open_page):
     browser = open_page("survey")
     keys = ActionChains(browser)
     get(browser, "#participant").send_keys("p1", Keys.ENTER)
@@ -515,7 +515,7 @@ def test_a_report_without_motion(open_page, pages, tmp_path):
     wait(browser, lambda b: get(b, "button.copy").text != "Copy")
 
 
-def test_what_is_smuggled_in_does_not_run(open_page, pages, tmp_path, browser):
+def test_injected_scripts_do_not_run(open_page, pages, tmp_path, browser):
     path = tmp_path / "smuggled.html"
     parts = {"signatures": [], "figures": [], "findings": [], "clips": {}}
     board = "<script>document.title = 'run'</script><img src='x' onerror=\"document.title = 'run'\">"

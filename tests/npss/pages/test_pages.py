@@ -1,4 +1,4 @@
-"""Pages of HTML, without a browser: what is in them, what is escaped, and bad input. See test_browser.py."""
+"""HTML pages without a browser: contents, escapes, and invalid input. See test_browser.py."""
 
 import base64
 import hashlib
@@ -205,7 +205,7 @@ def test_a_report_holds_its_parts():
                 require_motion(packed, page.data["figure"], positions)
 
 
-def test_what_a_report_has_not_is_left_out():
+def test_empty_parts_of_a_report_are_left_out():
     page = Page(make_report())
     assert [a["id"] for a in page.attributes("section")] == ["cite"]
     assert "#motion" not in [a["href"] for a in page.attributes("a")]
@@ -333,7 +333,7 @@ def test_the_action_of_a_survey(folder):
         survey(folder, n_questions=1, seed=0)
 
 
-def test_an_action_is_not_guessed(tmp_path):
+def test_an_ambiguous_action_is_refused(tmp_path):
     for name in ("one", "two"):
         poses = {f"expmap/{kind}/{action}_0": random_gait(0)[0] for kind in ("gt", "preds") for action in "ab"}
         np.savez(tmp_path / f"{name}.npz", **poses)

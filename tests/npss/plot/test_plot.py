@@ -1,4 +1,4 @@
-"""``npss.plot``: what is drawn is what was computed, said, and rendered without a murmur."""
+"""``npss.plot``: pictures show the computed numbers, state their meaning, and render without warnings."""
 
 import inspect
 import io
@@ -145,7 +145,7 @@ class TestSpectra:
             ({"convention": "papers"}, ValueError, "convention: expected one of"),
         ],
     )
-    def test_options_that_are_none(self, motion, options, error, message):
+    def test_invalid_options(self, motion, options, error, message):
         with pytest.raises(error, match=f"^{re.escape(message)}"):
             npss.plot.spectra(*motion, **{"fps": 25, **options})
 
@@ -242,7 +242,7 @@ class TestErrors:
         axes = npss.plot.errors(motion[0][:, :9], {"model": motion[1][:, :9]}, fps=25).axes[0]
         assert [line.get_xdata()[0] for line in axes.get_lines()[1:]] == [80, 160, 320]
 
-    def test_blocks_that_do_not_tell_have_no_band(self, motion):
+    def test_too_few_blocks_have_no_band(self, motion):
         rows = [0] * 9 + [1]  # most draws of blocks have no spread
         figure = npss.plot.errors(motion[0][rows], {"model": motion[1][rows]}, fps=25)
         assert not figure.axes[0].collections
@@ -515,7 +515,7 @@ def pixels(figure):
 
 
 @pytest.mark.parametrize("name", PICTURES)
-def test_the_settings_of_the_user_change_nothing(name):
+def test_user_settings_change_nothing(name):
     """Neither while it is made nor when it is written; with text.usetex, all of it would be given to LaTeX."""
     expected = pixels(PICTURES[name]())
     with mpl.rc_context(SETTINGS):
@@ -527,7 +527,7 @@ def test_the_settings_of_the_user_change_nothing(name):
 HOSTILE = r"a_b $x_1$ 5% ~ ^2 {c} \d & # \$"
 
 
-def test_names_are_printed_as_they_are(motion, motions):
+def test_names_are_printed_unchanged(motion, motions):
     gt, pred = motion
     with mpl.rc_context({"text.usetex": True}):
         figures = [

@@ -1,4 +1,4 @@
-"""`npss.Leaderboard`: which frames that pandas makes of one still are one, and what its writers accept of pandas'."""
+"""`npss.Leaderboard`: which derived frames are leaderboards, and which arguments of pandas its writers accept."""
 
 import copy
 import inspect
@@ -62,7 +62,7 @@ SELECTIONS = {
 
 
 @pytest.mark.parametrize("name", SELECTIONS)
-def test_a_selection_keeps_what_is_known_of_its_numbers(board, name):
+def test_a_selection_keeps_its_standings(board, name):
     selected = SELECTIONS[name](board)
     assert isinstance(selected, npss.Leaderboard)
     known = board.tidy.set_index(["model", "action", "column"])
@@ -111,7 +111,7 @@ COMPUTED = {
 
 
 @pytest.mark.parametrize("name", COMPUTED)
-def test_what_is_computed_is_a_plain_frame(board, name):
+def test_results_of_computations_are_plain_frames(board, name):
     assert type(COMPUTED[name](board)) is pd.DataFrame
 
 

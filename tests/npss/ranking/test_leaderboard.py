@@ -1,4 +1,4 @@
-"""`npss.leaderboard`: what it can be made of, what the DataFrame holds, and how it is written."""
+"""`npss.leaderboard`: its sources, its DataFrame, and its output."""
 
 import csv
 import html.parser
@@ -72,7 +72,7 @@ class TestFrame:
         assert board.loc["half & half", "eating"].isna().all()
         assert board.drop(index="half & half").notna().all(axis=None)
 
-    def test_what_is_computed_from_it_is_a_plain_frame(self, board):
+    def test_results_of_computations_are_plain_frames(self, board):
         assert type(board * 2) is pd.DataFrame
         assert (
             float((board * 2).loc["close", ("walking", "NPSS paper")])
@@ -146,11 +146,11 @@ class TestSources:
             npss.leaderboard(source)
 
     @pytest.mark.parametrize("reports", [{"a": 5}, {"a": {"walking": 5}}, {"a": [5]}])
-    def test_reports_that_are_none(self, reports):
+    def test_invalid_reports(self, reports):
         with pytest.raises(TypeError, match="source: expected"):
             npss.leaderboard(reports)
 
-    def test_names_that_are_none(self, poses):
+    def test_invalid_names(self, poses):
         report = npss.report(poses["gt"][..., ANGLES], poses["far"][..., ANGLES])
         for reports in ({3: report}, {"a": {3: report}}):
             with pytest.raises(TypeError, match="source: expected"):
@@ -186,7 +186,7 @@ class TestSources:
             npss.leaderboard(write(tmp_path / "ground truth.npz", poses["gt"], {"walking": poses["far"]}))
 
     @pytest.mark.parametrize("source", [{}, []])
-    def test_nothing_is_no_leaderboard(self, source):
+    def test_an_empty_source(self, source):
         with pytest.raises(ValueError, match="source: it has nothing to rank"):
             npss.leaderboard(source)
 
@@ -310,7 +310,7 @@ class TestGroups:
         with pytest.raises(ValueError, match="eating: the protocol random-256 has 256 windows, got 8 sequences"):
             npss.leaderboard(folder, protocol="random-256")
 
-    def test_ones_that_are_none(self, folder, reports):
+    def test_invalid_groups(self, folder, reports):
         with pytest.raises(ValueError, match="groups: unknown action 'sitting'; expected one of eating, walking"):
             npss.leaderboard(folder, groups={"sitting": LABELS})
         with pytest.raises(TypeError, match="groups: expected labels for each action: eating, walking"):
@@ -380,7 +380,7 @@ class TestPublished:
             "signature": npss.signature(("paper", "released"), **stated),
         }
 
-    def test_rows_stand_beside_ones_own(self):
+    def test_published_rows_are_shown(self):
         board = npss.leaderboard([self.record()], published=True)
         assert board.loc["VGRU-d (published)", ("walking", "NPSS released")] == 0.887
         assert board["walking", "NPSS paper"].notna().sum() == 1  # of which nothing was published

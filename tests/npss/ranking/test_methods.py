@@ -1,4 +1,4 @@
-"""Methods as means of trained runs, in leaderboards."""
+"""Methods as averages of runs, in leaderboards."""
 
 import itertools
 
@@ -66,7 +66,7 @@ def test_published_rows_stay(runs):
         (["net"], TypeError, "methods: expected a mapping of names to models, got"),
     ],
 )
-def test_methods_that_are_none(methods, error, message):
+def test_invalid_methods(methods, error, message):
     with pytest.raises(error, match=f"^{message}"):
         read_methods(methods)
 

@@ -1,4 +1,4 @@
-"""Names of models: one line each, never empty, and two are never the same."""
+"""Names of models: one line each, never empty, unique."""
 
 import re
 from pathlib import Path, PurePosixPath
@@ -31,7 +31,7 @@ def test_a_line_is_one_and_can_be_written(name):
         ("步行 é", "步行 é"),
     ],
 )
-def test_what_becomes_of_letters(name, line):
+def test_replaced_characters(name, line):
     assert one_line(name) == model_name(name) == line
 
 
@@ -57,7 +57,7 @@ def test_each_path_has_a_name_of_its_own_which_ends_it(several, taken):
             assert alike or "/".join(shorter) in taken
 
 
-def test_only_those_that_are_alike_are_told_apart(tmp_path):
+def test_only_duplicates_get_longer_names(tmp_path):
     for run in ("A/seed-0", "A/seed-1", "C/seed-0", "D/walking.v2"):
         (tmp_path / run).mkdir(parents=True)
     paths = [tmp_path / run for run in ("A/seed-0", "A/seed-1", "C/seed-0", "D/walking.v2")]
@@ -70,7 +70,7 @@ def test_files_are_called_without_their_suffix_and_samples_by_their_folder(tmp_p
     assert list(names_of_paths(paths)) == [f"{parent}/model.v2", "other", "more/model.v2"]
 
 
-def test_what_is_taken_is_not_given():
+def test_taken_names_are_not_used():
     names = names_of_paths([Path("/d/linear"), Path("/d/pca.h5")], taken=["linear", "pca"])
     assert list(names) == ["d/linear", "d/pca"]
 
@@ -93,7 +93,7 @@ def test_paths_are_named_as_they_are_written(tmp_path, monkeypatch):
         ("a/my model.h5", "a/my  model.h5"),
     ],
 )
-def test_paths_that_cannot_be_told_apart(paths):
+def test_duplicate_paths(paths):
     first, second = map(re.escape, paths)
     with pytest.raises(ValueError, match=f"^{second}: duplicate model '.*model', also in {first}$"):
         names_of_paths(map(Path, paths))

@@ -1,4 +1,4 @@
-"""What leaderboards read from records and reports, and what they refuse."""
+"""Results from records and reports, and invalid records."""
 
 import copy
 import math
@@ -42,7 +42,7 @@ def test_records_have_the_intervals_of_reports(record):
 
 
 @pytest.mark.parametrize("field", ["model", "action", "signature"])
-def test_records_that_are_none(field):
+def test_invalid_records(field):
     record = {"model": "m", "action": "a", "signature": "npss|version:1", field: None}
     with pytest.raises(ValueError, match=f"records: expected text as '{field}' in each, got None"):
         results_of_record(record)
@@ -78,7 +78,7 @@ NO_NUMBERS = ["0.5", True, [], {}, math.nan, math.inf, -0.5, 10**400]
         ),
     ],
 )
-def test_numbers_that_are_none(record, path, value):
+def test_invalid_numbers(record, path, value):
     with pytest.raises(ValueError, match=r"^records: 'm' on 'a': .*expected a finite number that is not negative"):
         results_of_record(change(record, path, value))
 
@@ -88,26 +88,26 @@ def test_numbers_that_are_none(record, path, value):
     "path",
     ["npss", "npss_windows", "npss_windows/paper", "euler_error", "sequences", "sequences/npss", "sequences/weight"],
 )
-def test_objects_that_are_none(record, path, value):
+def test_invalid_objects(record, path, value):
     with pytest.raises(ValueError, match=r"^records: 'm' on 'a': .*expected an object, got "):
         results_of_record(change(record, path, value))
 
 
 @pytest.mark.parametrize("value", [[], "x", 3, {}], ids=repr)
 @pytest.mark.parametrize("path", ["sequences/npss/paper", "sequences/weight/paper"])
-def test_lists_that_are_none(record, path, value):
+def test_invalid_lists(record, path, value):
     with pytest.raises(ValueError, match=r"^records: 'm' on 'a': .*expected a list with a number for each sequence"):
         results_of_record(change(record, path, value))
 
 
 @pytest.mark.parametrize("value", [[], "x", 3, {}, [1.0], [[1.0, 2.0]], [None]], ids=repr)
-def test_fingerprints_that_are_none(record, value):
+def test_invalid_fingerprints(record, value):
     with pytest.raises(ValueError, match=r"^records: 'm' on 'a': sequences: fingerprint: expected (a list|9 numbers)"):
         results_of_record(change(record, "sequences/fingerprint", value))
 
 
 @pytest.mark.parametrize("value", ["0.5", True, [], None, math.nan, -math.inf, 10**400], ids=repr)
-def test_projections_that_are_none(record, value):
+def test_invalid_projections(record, value):
     row = [*record["sequences"]["fingerprint"][2][:-1], value]
     with pytest.raises(ValueError, match=r"sequences: fingerprint: expected a finite number, got"):
         results_of_record(change(record, "sequences/fingerprint/2", row))
@@ -133,7 +133,7 @@ def test_lists_of_unequal_length(record, path):
 
 
 @pytest.mark.parametrize("path", ["npss/paper", "euler_error/80", "sequences/npss/paper", "sequences/weight/paper"])
-def test_numbers_that_contradict_each_other(record, path):
+def test_contradictory_numbers(record, path):
     value = {
         "npss/paper": 9.0,
         "euler_error/80": 9.0,
@@ -170,7 +170,7 @@ def test_names_are_one_line(record):
     assert (first.model, first.action) == ("my model", "a b")
 
 
-def test_what_is_absent_may_be(record):
+def test_optional_fields(record):
     bare = {name: record[name] for name in ("model", "action", "npss", "signature")}
     assert [one.weight for one in results_of_record(bare)] == [None] * 3
     assert results_of_record({name: record[name] for name in ("model", "action", "signature")}) == []
@@ -188,7 +188,7 @@ def with_another(record):
     return record
 
 
-def test_other_metrics_are_ranked_and_told_apart(with_another):
+def test_other_metrics_are_ranked_separately(with_another):
     found = {one.result.column: one for one in standings(results_of_record(with_another))}
     assert (found["G"].result.value, found["G"].result.signature) == (2.0, SIGNATURE)
     assert found["G"].low < 2.0 < found["G"].high
@@ -216,6 +216,6 @@ def test_other_metrics_are_ranked_and_told_apart(with_another):
         ("sequences/metrics", 3, "sequences: metrics: expected an object"),
     ],
 )
-def test_other_metrics_that_are_none(with_another, path, value, message):
+def test_invalid_other_metrics(with_another, path, value, message):
     with pytest.raises(ValueError, match=f"^records: 'm' on 'a': {message}|^records: 'm' on 'a': sequences: {message}"):
         results_of_record(change(with_another, path, value))

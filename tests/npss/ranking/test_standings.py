@@ -1,4 +1,4 @@
-"""Ranks, marks and errors of leaderboards; what they look like is in test_leaderboard.py."""
+"""Ranks, marks and errors of leaderboards; test_leaderboard.py has their output."""
 
 import itertools
 import math
@@ -49,7 +49,7 @@ def test_holm_is_bonferroni_for_every_set_of_hypotheses(p):
     np.testing.assert_allclose(holm(p), expected, rtol=1e-12)
 
 
-def test_holm_is_what_statsmodels_computes():
+def test_holm_equals_statsmodels():
     multitest = pytest.importorskip("statsmodels.stats.multitest")
     p = [0.04, 0.001, 0.012, 0.8, 0.012, 1.0, 0.0, 0.03, 0.3, 0.5, 0.009, 0.02]
     for n in (1, 2, 5, 12):  # few: a call takes a tenth of a second
@@ -74,7 +74,7 @@ def test_noise_shares_a_rank_and_is_not_marked():
     assert sum(one.best for one in found.values()) == 1
 
 
-def test_ranks_are_one_plus_the_models_that_are_better_by_more_than_chance():
+def test_ranks_are_one_plus_the_significantly_better_models():
     rng = np.random.default_rng(2)
     parts = {f"m{k}": 5 + 0.4 * k + rng.normal(0, 0.5, 10) for k in range(5)}
     found = by_model(standings([result(name, values) for name, values in parts.items()]))
@@ -132,7 +132,7 @@ def test_published_numbers_are_neither_ranked_nor_best():
     assert only[0].rank is None
 
 
-def test_a_published_model_may_have_the_name_of_ones_own():
+def test_a_published_model_may_share_the_name_of_another():
     found = standings([result("VGRU-d", 2.0), result("VGRU-d", 1.0, source="Somebody")])
     assert [one.rank for one in found] == [1, None]
 
@@ -147,7 +147,7 @@ def test_intervals_are_those_of_reports():
     assert one.result.value == report.score
 
 
-def test_a_convention_of_ones_own_has_a_column_of_its_own():
+def test_a_custom_convention_has_a_column():
     gt = np.random.default_rng(5).normal(size=(3, 20, 2))
     report = npss.report(gt, gt[::-1], convention=npss.Convention(weight="uniform"))
     column = result_of_report("m", "", report).column
@@ -162,7 +162,7 @@ def test_numbers_of_different_meaning_are_not_ranked_together():
     assert len(standings([one, result("b", 2.0, action="eating", signature=other.signature)])) == 2
 
 
-def test_a_model_is_there_once():
+def test_duplicate_models():
     with pytest.raises(ValueError, match="walking, NPSS paper: duplicate model 'a'"):
         standings([result("a", 1.0), result("a", 2.0)])
 
@@ -183,7 +183,7 @@ def test_models_are_compared_on_the_same_ground_truth_only(column):
     assert len(standings([one, scored("b", truth.astype(np.float32))])) == 2
 
 
-def test_an_older_fingerprint_is_compared_with_older_ones_alone():
+def test_older_fingerprints_are_only_compared_with_each_other():
     def scored(model, numbers):
         return result(model, np.arange(4), fingerprint=np.array(numbers))
 
@@ -311,7 +311,7 @@ def test_under_the_null_hypothesis_blocks_have_few_marks():
 
 
 @pytest.mark.parametrize("level", [0, 1, -1, math.nan])
-def test_levels_that_are_none(level):
+def test_invalid_levels(level):
     with pytest.raises(ValueError, match="level: expected a number between 0 and 1"):
         standings([result("a", 1.0)], level=level)
 

@@ -1,4 +1,4 @@
-"""Folders of models, one of which is bad: which one is said, and what is not meant to be seen is not read."""
+"""Folders of models with one bad file, which errors name; hidden files are ignored."""
 
 import csv
 import io
@@ -119,7 +119,7 @@ class TestNames:
         with pytest.raises(ValueError, match=r"^a, NPSS paper: duplicate model 'm \(published\)'$"):
             npss.leaderboard(rows)
 
-    def test_nobody_is_called_as_a_published_row_is(self):
+    def test_names_of_published_rows_are_taken(self):
         row = {"model": "m", "action": "a", "npss": {"paper": 1.0}, "signature": npss.signature(frames=50)}
         own = row | {"model": "m (published)", "action": "b"}
         with pytest.raises(ValueError, match=r"^'m \(published\)' is the name of a published model"):

@@ -1,4 +1,4 @@
-"""The questions: what is dealt, how often, on which side, and the same for the same seed."""
+"""Questions: pairs, sides, and reproducibility by the seed."""
 
 from collections import Counter
 from itertools import combinations

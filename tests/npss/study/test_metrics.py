@@ -1,4 +1,4 @@
-"""What metrics say of questions: rankings, the paper's among them, predictions, and agreement with the majority."""
+"""Metrics in a study: rankings, including the paper's, predictions, and agreement with the majority."""
 
 import math
 from collections import Counter
@@ -162,7 +162,7 @@ class TestPredict:
         for a, b, said in (("one", "two", "A"), ("two", "one", "B"), ("two", "also two", "tie")):
             assert study.predict(study.Question(1, 0, a, b), ranking) == said
 
-    def test_without_a_rank(self):
+    def test_a_missing_rank(self):
         with pytest.raises(ValueError, match="ranking: 'three', of question 7, has no rank"):
             study.predict(study.Question(7, 0, "one", "three"), {"one": 1})
 

@@ -1,4 +1,4 @@
-"""Planning: power and sample size against statsmodels, the closed form, and what tests do on drawn counts."""
+"""Power and sample size, against statsmodels, the closed form, and simulation."""
 
 import math
 
@@ -15,7 +15,7 @@ PROPORTIONS = st.integers(5, 95).map(lambda percent: percent / 100)
 
 
 @given(PROPORTIONS, PROPORTIONS, st.integers(5, 500), st.integers(5, 500), st.sampled_from([*ALTERNATIVES]))
-def test_power_is_that_of_statsmodels(p_a, p_b, n_a, n_b, alternative):
+def test_power_equals_statsmodels(p_a, p_b, n_a, n_b, alternative):
     from statsmodels.stats.proportion import power_proportions_2indep
 
     ours = study.power(p_a, p_b, n_a, n_b, alternative=alternative, alpha=0.02, correction=False)
@@ -29,7 +29,7 @@ def test_power_is_that_of_statsmodels(p_a, p_b, n_a, n_b, alternative):
 @pytest.mark.parametrize(
     ("alternative", "p"), [("greater", (0.8, 0.6)), ("less", (0.35, 0.55)), ("two-sided", (0.5, 0.72))]
 )
-def test_power_is_how_often_the_test_rejects(alternative, p, correction):
+def test_power_is_the_rate_of_rejection(alternative, p, correction):
     n, options = 60, {"alternative": alternative, "correction": correction}
     rejects = [[study.binomial_test(a, n, b, n, **options).p_value <= 0.05 for b in range(n + 1)] for a in range(n + 1)]
     chance = [stats.binom.pmf(np.arange(n + 1), n, one) for one in p]
@@ -67,7 +67,7 @@ def test_without_a_difference_power_is_the_level():
 
 
 class TestErrors:
-    def test_no_size_shows_what_is_not_there(self):
+    def test_no_size_shows_a_missing_difference(self):
         for p_a, p_b, alternative in ((0.6, 0.6, "two-sided"), (0.5, 0.6, "greater"), (0.6, 0.5, "less")):
             with pytest.raises(ValueError, match=f"p_a: {p_a} and p_b = {p_b} do not differ in the direction"):
                 study.sample_size(p_a, p_b, alternative=alternative)

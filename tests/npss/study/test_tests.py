@@ -1,4 +1,4 @@
-"""The statistics of a study: against scipy and statsmodels, by brute force, and by what they promise."""
+"""The statistics of a study, against scipy, statsmodels, brute force and simulation."""
 
 import math
 import subprocess
@@ -72,7 +72,7 @@ class TestBinomial:
         assert ours.p_value == pytest.approx(p, rel=1e-6)
 
     @given(counts())
-    def test_uncorrected_is_that_of_statsmodels(self, four):
+    def test_uncorrected_equals_statsmodels(self, four):
         from statsmodels.stats.proportion import proportions_ztest
 
         a, n_a, b, n_b = four
@@ -352,7 +352,7 @@ class TestErrors:
         assert study.binomial_test(65, 80, 39, 80).p_value < 2e-5
 
 
-def test_numbers_of_numpy_are_numbers():
+def test_numpy_numbers_are_accepted():
     four = np.array([65, 80, 39, 80], dtype=np.int8)
     for test in INDEPENDENT:
         assert test(*four) == test(65, 80, 39, 80)
@@ -360,7 +360,7 @@ def test_numbers_of_numpy_are_numbers():
     assert study.wilson_interval(*four[:2]) == study.wilson_interval(65, 80)
 
 
-def test_importing_it_imports_numpy_alone():
+def test_importing_it_imports_only_numpy():
     code = (
         "import sys, npss; before = set(sys.modules); import npss.study, npss.published; "
         "tops = {name.partition('.')[0] for name in set(sys.modules) - before}; "

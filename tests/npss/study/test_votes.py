@@ -1,4 +1,4 @@
-"""Votes: files of them read strictly, counted, made up; and kappa against statsmodels."""
+"""Votes: files are read strictly, votes are counted and simulated; kappa against statsmodels."""
 
 import numpy as np
 import pytest
@@ -92,7 +92,7 @@ class TestFiles:
         with pytest.raises(ValueError, match=r"votes\.csv: line 4: choice"):
             study.read_votes(path)
 
-    def test_files_that_were_joined(self, path):
+    def test_concatenated_files(self, path):
         """Each with the names of its columns, in its own order, and with its byte order mark."""
         write(
             path,
@@ -222,7 +222,7 @@ class TestFiles:
 
     @pytest.mark.parametrize("name", ["", " p1", "p1\n", "p\r1"])
     @pytest.mark.parametrize("field", ["action", "model_a", "model_b", "participant"])
-    def test_what_would_not_be_read_again_is_not_written(self, path, field, name):
+    def test_unreadable_names_are_not_written(self, path, field, name):
         write(path, "old")
         of = {"action": "walking", "model_a": "GRU-d", "model_b": "VGRU-d", "participant": "p1", field: name}
         question = study.Question(2, 4, of["model_a"], of["model_b"])
