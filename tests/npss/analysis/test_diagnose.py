@@ -32,7 +32,7 @@ NAMES = (
 
 
 def find(gt, pred, trap=None):
-    """Return what was found, or what was found of one trap."""
+    """Return all findings, or the findings of one pitfall."""
     found = npss.diagnose(gt, pred)
     assert isinstance(found, tuple)
     for finding in found:
@@ -47,12 +47,12 @@ def find(gt, pred, trap=None):
     return [finding for finding in found if trap in (None, finding.trap)]
 
 
-def traps(gt, pred):
+def pitfalls(gt, pred):
     return [(finding.trap, finding.argument) for finding in find(gt, pred)]
 
 
 def warned(gt, pred):
-    """Return the traps that ask for something to be done."""
+    """Return the pitfalls that need action."""
     return [(finding.trap, finding.argument) for finding in find(gt, pred) if finding.severity == "warning"]
 
 
@@ -67,7 +67,7 @@ def walks(n=4, n_frames=150, seed=0):
 
 @pytest.fixture
 def motion():
-    """Ground truth and a prediction, with no trap in them."""
+    """Ground truth and a prediction, without pitfalls."""
     both = walks()[:, 50:], walks()[:, 50:] + 0.05 * np.random.default_rng(1).normal(size=(4, 100, 48))
     assert find(*both) == []
     return [array.copy() for array in both]
@@ -116,8 +116,8 @@ def test_any_precision(dtype):
 def test_huge_values_have_no_pitfall_and_do_not_overflow(size):
     gt, pred = size * np.random.default_rng(0).uniform(-1, 1, size=(2, 3, 40, 8))
     assert find(gt, pred) == []
-    assert traps(gt[:, :-1], gt[:, 1:]) == [("shift", "pred")]
-    assert traps(gt, np.zeros_like(gt)) == [("constant", "pred")]
+    assert pitfalls(gt[:, :-1], gt[:, 1:]) == [("shift", "pred")]
+    assert pitfalls(gt, np.zeros_like(gt)) == [("constant", "pred")]
     assert find(gt, 1e-5 * pred) == find(1e-5 * gt, pred) == []
 
 
@@ -135,7 +135,7 @@ def test_human36m(h36m_root, action):
     assert warned(gt, gt + 1) == [("poses", "pred"), ("powerless", "gt")]
     still = np.repeat(npss.poses_to_euler(task.seed_frames)[:, -1:], 100, axis=1)
     for n_frames in (10, 25, 100):
-        found = traps(gt[:, :n_frames], still[:, :n_frames])
+        found = pitfalls(gt[:, :n_frames], still[:, :n_frames])
         assert found == [("constant", "pred"), ("powerless", "gt")]
 
 
@@ -152,15 +152,18 @@ def test_human36m_smoking_wraps(h36m_root):
     assert flip.count == found["gt gimbal-flip"].count
     joints = gt.reshape(*gt.shape[:2], 33, 3)
     mended = continuous_euler(joints, seq="h36m", axis=1).reshape(gt.shape)
-    assert traps(mended, mended) == [("powerless", "gt")]
+    assert pitfalls(mended, mended) == [("powerless", "gt")]
 
 
 def test_human36m_in_other_units_and_axes(h36m_root):
     data = h36m.open_root(h36m_root)
     _, target = h36m.load_test_windows(data, "walking", "srnn-8")
     gt = npss.poses_to_euler(target.astype(np.float64))
-    assert ("axes", "gt") in traps(gt.swapaxes(1, 2), gt.swapaxes(1, 2))
-    assert [one for one in traps(np.degrees(gt), gt) if one[0] == "degrees"] == [("degrees", "gt"), ("degrees", "gt")]
+    assert ("axes", "gt") in pitfalls(gt.swapaxes(1, 2), gt.swapaxes(1, 2))
+    assert [one for one in pitfalls(np.degrees(gt), gt) if one[0] == "degrees"] == [
+        ("degrees", "gt"),
+        ("degrees", "gt"),
+    ]
 
 
 @pytest.mark.parametrize(("action", "clip"), [("walking", 2), ("eating", 1), ("smoking", 2)])  # all have jumps
@@ -213,7 +216,7 @@ def test_no_finding_on_quaternions_as_lafan1_s_asks_for_action(n_frames):
 @pytest.mark.parametrize("file", ["wookay_walking_10000.h5", "wookay_eating_1000.h5"])
 def test_published_predictions(capsys, samples_root, file):
     for pair in read_samples(samples_root / file):
-        assert traps(pair.gt, pair.pred) == [("powerless", "gt")]
+        assert pitfalls(pair.gt, pair.pred) == [("powerless", "gt")]
         assert warned(pair.gt, pair.pred) == []
     assert main(["score", str(samples_root / file)]) == 0
     text = capsys.readouterr().out
@@ -252,7 +255,7 @@ def test_wraps_of_one_sequence(motion):
 def test_unwrapping_removes_the_findings(motion):
     gt = motion[0] + 3.0
     wrapped = (gt + np.pi) % (2 * np.pi) - np.pi
-    assert traps(wrapped, motion[1]) == [("wrap", "gt")]
+    assert pitfalls(wrapped, motion[1]) == [("wrap", "gt")]
     assert find(npss.unwrap(wrapped), motion[1]) == []
 
 
@@ -467,7 +470,7 @@ def test_shifts(lag, noise, n_frames):
         cut = np.s_[:, 2:-2]
         error = np.sqrt(np.square((pred - gt)[cut]).sum() / np.square((pred - np.roll(gt, -lag, axis=1))[cut]).sum())
         assert f"is {error:.3g} times closer" in str(finding)
-    assert traps(gt[0], pred[0]) == [("shift", "pred")]
+    assert pitfalls(gt[0], pred[0]) == [("shift", "pred")]
 
 
 @pytest.mark.parametrize("lag", [-2, -1, 1, 2])
@@ -487,10 +490,10 @@ def test_what_is_not_by_a_factor_of_two_closer_is_not_shifted():
     gt, later = angles[:, 20:120], angles[:, 21:121]
     step = np.sqrt(np.square(later - gt).mean())
     noise = np.random.default_rng(0).normal(size=gt.shape)
-    assert traps(gt, later + 0.48 * step * noise) == [("shift", "pred")]
+    assert pitfalls(gt, later + 0.48 * step * noise) == [("shift", "pred")]
     assert find(gt, later + 0.62 * step * noise) == []  # closer by sqrt(1 + 0.62**2) / 0.62 = 1.9
     assert find(gt, (gt + later) / 2) == []
-    assert find(gt, angles[:, 24:124]) == []  # by four frames: no trap that is looked for
+    assert find(gt, angles[:, 24:124]) == []  # by four frames: not a pitfall
 
 
 @pytest.mark.parametrize("n_frames", range(1, 10))
@@ -506,7 +509,7 @@ def test_short_motions_are_not_looked_at_for_shifts(n_frames):
 def test_periodic_motion_without_a_shift():
     tone = np.cos(2 * np.pi * np.arange(100) / 4)[:, np.newaxis] + [[0.1, 0.2]]
     assert find(tone, tone) == []
-    assert traps(tone, np.roll(tone, 1, axis=0)) == [("shift", "pred")]
+    assert pitfalls(tone, np.roll(tone, 1, axis=0)) == [("shift", "pred")]
 
 
 # --- frames that were given -------------------------------------------------------------------------------------------
@@ -581,7 +584,7 @@ def test_degrees(motion):
     assert str(both[0]).endswith(f"the largest is in feature {both[0].where[0]}")
     assert [(one.trap, one.argument) for one in beside] == [("degrees", "pred"), ("degrees", "pred")]
     assert "moves 57 times as far as the other" in str(beside[1])
-    assert traps(np.degrees(gt), pred) == [("degrees", "gt"), ("degrees", "gt")]
+    assert pitfalls(np.degrees(gt), pred) == [("degrees", "gt"), ("degrees", "gt")]
 
 
 @pytest.mark.parametrize("factor", [1e-3, 0.1, 10, 30])
@@ -855,5 +858,5 @@ def test_a_flip_in_the_middle_has_the_maximal_cost():
     still[..., :] = 0.5
     flipped = still.copy()
     flipped[:, 50:] *= -1
-    assert ("quaternion-sign", "pred") in traps(still, flipped)
+    assert ("quaternion-sign", "pred") in pitfalls(still, flipped)
     assert npss.score(still, flipped) == pytest.approx(50)
