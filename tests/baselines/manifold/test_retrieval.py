@@ -104,7 +104,7 @@ class TestRetrieve:
         assert np.array_equal(first.precision, squared.precision, equal_nan=True)
 
     @pytest.mark.parametrize(
-        ("distances", "labels", "who", "matches", "message"),
+        ("distances", "labels", "subjects", "matches", "message"),
         [
             (np.zeros((2, 3)), "ab", "ab", "any", r"distances: expected shape \(N, N\) = \(2, 2\)"),
             (np.full((2, 2), np.nan), "ab", "ab", "any", "distances: NaN cannot"),
