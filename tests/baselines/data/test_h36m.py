@@ -268,7 +268,7 @@ class TestTestWindows:
             h36m.load_test_windows(data, "walking", "all")
         with pytest.raises(FileNotFoundError, match=r"lacks S5/eating_1.txt S5/eating_2.txt$"):
             h36m.load_test_windows(data, "eating")
-        with pytest.raises(ValueError, match="n_target: 101 frames"):
+        with pytest.raises(ValueError, match="n_target: expected at most 100 frames, got 101"):
             h36m.load_test_windows(data, "waiting", "random-256", n_target=101)
 
 
