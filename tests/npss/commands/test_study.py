@@ -253,7 +253,7 @@ class TestErrors:
                 [{"model": "one", "action": "gait"}],
                 "records: neither NPSS nor the Euler error of the models in the votes (gait:",
             ),
-            (records({"paper": {"one": 1.0}}), "records: expected one with paper of 'two', action 'gait', got 0"),
+            (records({"paper": {"one": 1.0}}), "records: expected one with paper of 'two' on 'gait', got 0"),
         ):
             status, out, err = call(small, "--scores", write(path, value))
             assert (status, out) == (2, "")
