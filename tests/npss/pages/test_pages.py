@@ -251,7 +251,7 @@ def test_bad_rate():
         ),
         (
             [*questions(), study.Question(4, 2, "model one", "model two")],
-            r"questions: question 4: no sequence 2; there are 2",
+            r"questions: question 4: no sequence 2; expected 0 to 1",
         ),
         ([study.Question(1, -1, "model one", "model two")], r"questions: question 1: no sequence -1"),
         ([study.Question(1, 0.0, "model one", "model two")], r"questions: question 1: no sequence 0.0"),

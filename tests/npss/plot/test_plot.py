@@ -135,7 +135,7 @@ class TestSpectra:
         [
             ({"fps": 0}, ValueError, "fps: expected a positive"),
             ({"sequence": 6}, ValueError, "sequence: expected 0 to 5, got 6"),
-            ({"sequence": -1}, ValueError, "sequence: -1"),
+            ({"sequence": -1}, ValueError, "sequence: expected 0 to 5, got -1"),
             ({"feature": 5}, ValueError, "feature: expected 0 to 4, got 5"),
             ({"feature": "hip"}, TypeError, "feature: expected an index, got 'hip'"),
             ({"feature": True}, TypeError, "feature: expected an index, got True"),
@@ -151,7 +151,7 @@ class TestSpectra:
 
     def test_bad_motion(self, motion):
         gt, pred = (array.copy() for array in motion)
-        with pytest.raises(ValueError, match=r"^gt: one frame"):
+        with pytest.raises(ValueError, match=r"^gt: a power spectrum needs at least two frames"):
             npss.plot.spectra(gt[:, :1], pred[:, :1], fps=25)
         with pytest.raises(ValueError, match=r"^pred: its shape"):
             npss.plot.spectra(gt, pred[:1], fps=25)

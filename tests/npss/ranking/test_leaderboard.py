@@ -564,7 +564,7 @@ class TestCommands:
         assert baselines(["leaderboard", str(other), "--synthetic"]) == 2
         assert "'other' has none of the actions gait" in capsys.readouterr().err
         assert baselines(["leaderboard", "zero-veloctiy", "--synthetic"]) == 2
-        assert "'zero-veloctiy' is not one of" in capsys.readouterr().err
+        assert "'zero-veloctiy' is neither one of" in capsys.readouterr().err
 
 
 def test_one_command_ranks_baselines_and_sample_models(capsys, h36m_root, samples_root):
