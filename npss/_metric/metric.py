@@ -130,8 +130,9 @@ class Metric:
                 raise TypeError(f"{name}: expected text, got {text!r}")
             if not text.isprintable() or text != text.strip() or not (text or name == "unit"):
                 raise ValueError(f"{name}: expected one line of text without surrounding blanks, got {text!r}")
-        if self.heading in CONVENTIONS:
-            raise ValueError(f"heading: {self.heading!r} is the name of a convention")
+        for name in ("name", "heading"):
+            if getattr(self, name) in CONVENTIONS:
+                raise ValueError(f"{name}: {getattr(self, name)!r} is the name of a convention")
         if not callable(self.function):
             raise TypeError(f"function: expected a function, got {self.function!r}")
         one_of("aggregation", self.aggregation, AGGREGATIONS)
@@ -238,15 +239,15 @@ class Metric:
             return Measured(float(_numbers(where, np.reshape(result, 1), 1)[0]))
         if self.aggregation == "mean":
             values, weight = _numbers(where, result, n), np.ones(n)
-            return Measured(float(values.mean()), values, weight)
+            return Measured(_mean(where, values, weight), values, weight)
         if not isinstance(result, tuple) or len(result) != 2:
             raise TypeError(f"{where}: expected a tuple of numbers and weights, got {result!r:.100}")
         values, weight = _numbers(where, result[0], n), _numbers(f"{where}: weights", result[1], n)
-        total = float(weight.sum())
-        if total == 0:
+        if not weight.any():
             raise ValueError(f"{where}: all weights are 0")
-        numerator = values * weight
-        return Measured(float(_numbers(where, numerator, n).sum() / total), numerator, weight)
+        with np.errstate(over="ignore"):
+            numerator = values * weight
+        return Measured(_mean(where, numerator, weight), numerator, weight)
 
 
 def _numbers(where: str, values: object, n: int) -> Float64:
@@ -261,13 +262,21 @@ def _numbers(where: str, values: object, n: int) -> Float64:
     return array.astype(np.float64)
 
 
+def _mean(where: str, numerator: Float64, weight: Float64) -> float:
+    with np.errstate(over="ignore"):
+        sums = numerator.sum(), weight.sum()
+    if not np.isfinite(sums).all():
+        raise ValueError(f"{where}: its sum over sequences is beyond float64")
+    return float(sums[0] / sums[1])
+
+
 def _checked_fields(fields: object) -> dict[str, Value | None]:
     if not isinstance(fields, Mapping):
         raise TypeError(f"fields: expected a mapping of names to values, got {fields!r}")
     for name, value in fields.items():
         if not isinstance(name, str) or not re.fullmatch(FIELD, name):
             raise ValueError(f"fields: expected names of ASCII letters, digits and '_', got {name!r}")
-        if name in ARGUMENTS and not (name == "convention" and value is None):
+        if name in (*ARGUMENTS, "at_ms", "better") and not (name == "convention" and value is None):
             raise ValueError(f"fields: the signature states {name!r} anyway; leave it out")
         if name in FIELDS and value is not None:
             check_value(name, value)

@@ -81,7 +81,8 @@ def register(metric: Metric, *, replace: bool = False) -> Metric:
     TypeError
         If it is not a `Metric`.
     ValueError
-        If the name is taken by a built-in metric, or by another one without `replace`; or if the heading is ambiguous.
+        If the name is taken by a built-in metric, or by another one without `replace`; or if the name or heading is
+        that of another metric.
 
     Examples
     --------
@@ -100,10 +101,14 @@ def register(metric: Metric, *, replace: bool = False) -> Metric:
     if not isinstance(metric, Metric):
         raise TypeError(f"metric: expected a Metric, got {metric!r}")
     for other in METRICS.values():
-        if other.name != metric.name and _alike(metric.heading, other.heading):
+        if other.name == metric.name:
+            continue
+        if _alike(metric.heading, other.heading):
             raise ValueError(
                 f"metric: the heading {metric.heading!r} is ambiguous: {other.name!r} has the heading {other.heading!r}"
             )
+        if shared := {metric.name, metric.heading} & {other.name, other.heading}:
+            raise ValueError(f"metric: {shared.pop()!r} is ambiguous: it is a name of {other.name!r}, too")
     METRICS.register(metric.name, metric, replace=replace)
     return metric
 

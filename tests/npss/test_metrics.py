@@ -85,6 +85,7 @@ def motions(n=N, d=4):
         ({"heading": "two\nlines"}, ValueError, "heading: expected one line"),
         ({"heading": " x"}, ValueError, "heading: expected one line"),
         ({"heading": "released"}, ValueError, "heading: 'released' is the name of a convention"),
+        ({"name": "paper", "heading": "mine"}, ValueError, "name: 'paper' is the name of a convention"),
         ({"unit": 1}, TypeError, "unit: expected text"),
         ({"aggregation": "sum"}, ValueError, "aggregation: expected one of mean, weighted mean, none"),
         ({"takes": "meshes"}, ValueError, "takes: expected one of angles, poses, positions"),
@@ -96,6 +97,8 @@ def motions(n=N, d=4):
         ({"fields": ["a"]}, TypeError, "fields: expected a mapping"),
         ({"fields": {"a b": 1}}, ValueError, "fields: expected names of ASCII letters"),
         ({"fields": {"version": 2}}, ValueError, "fields: the signature states 'version' anyway"),
+        ({"fields": {"better": "higher"}}, ValueError, "fields: the signature states 'better' anyway"),
+        ({"fields": {"at_ms": 80}}, ValueError, "fields: the signature states 'at_ms' anyway"),
         ({"fields": {"frames": "many"}}, TypeError, "frames: expected a whole number"),
         ({"fields": {"threshold": [1]}}, TypeError, "fields: threshold: expected text"),
     ],
@@ -134,6 +137,13 @@ def test_ambiguous_headings(heading):
         register(metric(heading=heading))
 
 
+@pytest.mark.parametrize("entry", [{"heading": "euler_error"}, {"heading": "mse"}, {"name": "g", "heading": "G"}])
+def test_a_name_is_not_the_heading_of_another_metric(entry):
+    register(metric(name="other", heading="g"))
+    with pytest.raises(ValueError, match=r"^metric: '(euler_error|mse|g)' is ambiguous"):
+        register(metric(**entry))
+
+
 @pytest.mark.parametrize("name", ["npss", "euler_error", "mse"])
 def test_built_in_metrics_are_never_replaced(name):
     with pytest.raises(ValueError, match=f"^the metric '{name}' is registered already"):
@@ -161,6 +171,9 @@ def test_headings_are_in_one_place():
         (np.arange(8) - 1.0, "mean", ValueError, "-1.0 at index (0,); expected numbers >= 0"),
         (np.ones(8) > 0, "mean", TypeError, "expected real numbers, got booleans"),
         (None, "mean", TypeError, "expected real numbers"),
+        (np.full(8, 1e308), "mean", ValueError, "its sum over sequences is beyond float64"),
+        ((np.ones(8), np.full(8, 1e308)), "weighted mean", ValueError, "its sum over sequences is beyond float64"),
+        ((np.full(8, 1e200), np.full(8, 1e200)), "weighted mean", ValueError, "its sum over sequences is beyond"),
         (np.ones(8), "weighted mean", TypeError, "expected a tuple of numbers and weights"),
         ((np.ones(8), np.ones(3)), "weighted mean", ValueError, "weights: expected a number for each of 8 sequences"),
         ((np.ones(8), np.zeros(8)), "weighted mean", ValueError, "all weights are 0"),
