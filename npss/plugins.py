@@ -59,7 +59,7 @@ class Registry(Mapping[str, Entry]):
         return self._entries[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._entries)
+        return iter(tuple(self._entries))  # which may be registered meanwhile
 
     def __len__(self) -> int:
         return len(self._entries)
@@ -83,16 +83,34 @@ class Registry(Mapping[str, Entry]):
         ValueError
             If the name is blank, built in, or registered already without `replace`.
         """
-        if not isinstance(name, str):
-            raise TypeError(f"the name of a {self._kind}: expected text, got {name!r}")
-        if not name.strip() or not name.isprintable():
-            raise ValueError(f"the name of a {self._kind}: expected printable text, got {name!r}")
-        if name in self._built_in or (name in self._entries and not replace):
-            plugin = self._plugins.get(name)
-            raise ValueError(f"the {self._kind} {name!r} is registered already{f', by {plugin}' if plugin else ''}")
-        self._entries[name] = entry
+        self.register_all({name: entry}, replace=replace)
+
+    def register_all(self, entries: Mapping[str, Entry], *, replace: bool = False) -> None:
+        """Add several entries, or none of them.
+
+        Parameters
+        ----------
+        entries : mapping of str to object
+            The entries by name.
+        replace : bool, optional
+            As for `register`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for `register`, for any of the names.
+        """
+        for name in entries:
+            if not isinstance(name, str):
+                raise TypeError(f"the name of a {self._kind}: expected text, got {name!r}")
+            if not name.strip() or not name.isprintable():
+                raise ValueError(f"the name of a {self._kind}: expected printable text, got {name!r}")
+            if name in self._built_in or (name in self._entries and not replace):
+                plugin = self._plugins.get(name)
+                raise ValueError(f"the {self._kind} {name!r} is registered already{f', by {plugin}' if plugin else ''}")
+        self._entries |= entries
         if _importing:
-            self._plugins[name] = _importing[-1]
+            self._plugins |= dict.fromkeys(entries, _importing[-1])
 
     def plugin(self, name: str) -> str | None:
         """Return the plugin that registered an entry, or None.
@@ -195,14 +213,17 @@ def _import(name: str, what: str) -> None:
     except ModuleNotFoundError as error:
         if error.name is None or not f"{name}.".startswith(f"{error.name}."):
             raise ImportError(f"{what}: {error}{_place(error)}") from error
-        raise ImportError(f"{what}: there is no module {error.name!r}, installed or in the current folder") from None
-    except Exception as error:
+        where = "installed or in the current folder"
+        if package := sys.modules.get(name.partition(".")[0]):  # of that name there is only one
+            where = f"in {getattr(package, '__file__', None) or next(iter(package.__path__))}"
+        raise ImportError(f"{what}: there is no module {error.name!r}, {where}") from None
+    except (Exception, SystemExit) as error:
         raise ImportError(f"{what}: {type(error).__name__}: {error}{_place(error)}") from error
     finally:
         _importing.pop()
 
 
-def _place(error: Exception) -> str:
+def _place(error: BaseException) -> str:
     """Return the line of a plugin that raised an error; a SyntaxError names its line itself."""
     ours = (Path(__file__).parent, Path(importlib.__file__).parent)
     for frame in reversed(traceback.extract_tb(error.__traceback__)):

@@ -102,8 +102,7 @@ def register_format(form: Format, *, replace: bool = False) -> None:
     """
     if not isinstance(form, Format):
         raise TypeError(f"form: expected a Format, got {form!r}")
-    for suffix in form.suffixes:
-        FORMATS.register(suffix, form, replace=replace)
+    FORMATS.register_all(dict.fromkeys(form.suffixes, form), replace=replace)
 
 
 def suffixes(*contents: Content) -> tuple[str, ...]:

@@ -53,6 +53,12 @@ class TestRegistry:
         with pytest.raises(TypeError, match=r"^the name of a thing: expected text, got 1"):
             Registry("thing").register(1, 1)
 
+    def test_grows_while_it_is_read(self):
+        registry = Registry("thing", {"a": 1, "b": 2})
+        for name, value in registry.items():
+            registry.register(f"{name}2", value)
+        assert list(registry) == ["a", "b", "a2", "b2"]
+
     def test_replaces_only_registered_entries(self):
         registry = Registry("thing", {"a": 1})
         registry.register("b", 2)
@@ -155,7 +161,9 @@ class TestLoad:
             (".plugin_a", "--plugin: expected the name of a module, such as my.module, got '.plugin_a'"),
             ("nowhere", "--plugin nowhere: there is no module 'nowhere', installed or in the current folder"),
             ("broken.x", "--plugin broken.x: NameError: name 'broken' is not defined ({}/broken.py, line 2)"),
-            ("package.x", "--plugin package.x: there is no module 'package.x', installed or in the current folder"),
+            ("package.x", "--plugin package.x: there is no module 'package.x', in {}/package/__init__.py"),
+            ("namespace.x", "--plugin namespace.x: there is no module 'namespace.x', in {}/namespace"),
+            ("leaves", "--plugin leaves: SystemExit: 0 ({}/leaves.py, line 1)"),
             ("needs", "--plugin needs: No module named 'nowhere' ({}/needs.py, line 1)"),
             ("syntax", "--plugin syntax: SyntaxError: invalid syntax (syntax.py, line 1)"),
             ("twice", "--plugin twice: ValueError: the thing 'a' is registered already ({}/twice.py, line 2)"),
@@ -167,9 +175,11 @@ class TestLoad:
             broken="\nbroken",
             needs="import nowhere",
             syntax="1 +* 2",
+            leaves="raise SystemExit(0)",
             twice="from npss.plugins import Registry\nRegistry('thing', {'a': 1}).register('a', 2)",
         )
         (folder / "package").mkdir()
+        (folder / "namespace").mkdir()
         write(folder / "package", __init__="")
         status, out, err = run(capsys, "explain", SIGNATURE, "--plugin", name)
         assert (status, out) == (2, "")

@@ -147,6 +147,11 @@ class TestRegistration:
         with pytest.raises(ValueError, match=r"^the suffix '\.npz' is registered already$"):
             register_format(Format((".npz",), array=np.load))
 
+    def test_all_suffixes_or_none(self):
+        with pytest.raises(ValueError, match=r"^the suffix '\.npz' is registered already$"):
+            register_format(Format((".one", ".npz"), array=np.load))
+        assert ".one" not in FORMATS
+
     def test_invalid_formats(self):
         with pytest.raises(TypeError, match=r"^form: expected a Format, got None"):
             register_format(None)
