@@ -53,7 +53,7 @@ def run(prog: str, parser: Callable[[], argparse.ArgumentParser], arguments: Seq
     except KeyboardInterrupt:
         print(f"{prog}: interrupted", file=sys.stderr)
         return 128 + signal.SIGINT
-    except (ImportError, OSError, TypeError, ValueError) as error:
+    except (argparse.ArgumentError, ImportError, OSError, TypeError, ValueError) as error:
         message = error_text(error, getattr(options, "extra", None))
         print(f"{prog}: error: {' '.join(message.split())}", file=sys.stderr)
         discard_output()

@@ -112,6 +112,13 @@ def test_a_data_set_of_positions_is_for_the_manifold_alone(monkeypatch):
         main(["evaluate", "--positions", "x"])
 
 
+def test_a_source_with_the_option_of_a_command(monkeypatch, capsys):
+    monkeypatch.setattr(SOURCES, "_entries", dict(SOURCES))
+    register_source(type("Other", (Synthetic,), {"name": "cache", "option": "cache"})())
+    assert main(["evaluate", "--synthetic"]) == 2
+    assert capsys.readouterr().err == "npss-baselines: error: argument --cache: conflicting option string: --cache\n"
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
