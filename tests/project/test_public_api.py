@@ -147,6 +147,12 @@ def test_lazy_imports():
         _ = npss.scores
 
 
+def test_every_name_is_there_without_pandas():
+    code = "import inspect, sys; sys.modules['pandas'] = None; import npss; inspect.getmembers(npss)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_importing_npss_imports_only_numpy():
     code = (
         "import sys, numpy; before = set(sys.modules); import npss; "
