@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Check both built wheels: of one version, typed, pinned to each other, with all modules and nothing else."""
+"""Check both built wheels: of one version, typed, licensed, pinned to each other, with all modules and nothing else."""
 
 import re
 import sys
@@ -14,7 +14,7 @@ for name, package in (("npss_metric", "npss"), ("npss_baselines", "npss_baseline
         info = f"{name}-{version}.dist-info"
         files = set(wheel.namelist())
         assert {file.partition("/")[0] for file in files} == {package, info}, files
-        assert {f"{package}/py.typed", f"{info}/entry_points.txt"} <= files, files
+        assert {f"{package}/py.typed", f"{info}/entry_points.txt", f"{info}/licenses/LICENSE"} <= files, files
         tracked = {path.relative_to(root) for path in root.rglob(f"{package}/**/*.py")}
         assert {file for file in files if file.endswith(".py")} == {
             str(path).removeprefix("baselines/") for path in tracked if path.parts[0] in (package, "baselines")
