@@ -147,10 +147,11 @@ def training_set_of(
     recordings = list(recordings)
     statistics = normalization(poses for _, _, poses in recordings)
     if statistics.columns != COLUMNS:
-        raise ValueError(
-            f"clips: {len(statistics.columns)} columns vary, not the {len(COLUMNS)} that models read; "
-            f"train on more subjects or actions"
-        )
+        constant = sorted(set(COLUMNS) - set(statistics.columns))
+        others = sorted(set(statistics.columns) - set(COLUMNS))
+        faults = [f"column {constant[0]} does not vary; train on more subjects or actions"] if constant else []
+        faults += [f"column {others[0]} varies, but models do not read it"] if others else []
+        raise ValueError(f"clips: models read the {len(COLUMNS)} columns npss.protocol.COLUMNS: {'; '.join(faults)}")
     clips = []
     for name, action, poses in recordings:
         one_of(f"{name}: action", action, tuple(actions))

@@ -131,9 +131,14 @@ def test_normalised_poses_are_reconstructed(seed):
 
 
 def test_clips_in_which_other_columns_vary_are_refused():
-    still = np.zeros((30, 99))
-    with pytest.raises(ValueError, match=r"^clips: 1 columns vary, not the 54 that models read"):
-        windows.training_set_of(["a"], [("a_1", "a", still + np.eye(1, 99) * np.arange(30)[:, None])])
+    poses = np.zeros((30, 99))
+    poses[:, COLUMNS[1:]] = np.arange(30)[:, None]
+    message = r"^clips: models read the 54 columns npss.protocol.COLUMNS: column 0 does not vary; train on more"
+    with pytest.raises(ValueError, match=message):
+        windows.training_set_of(["a"], [("a_1", "a", poses)])
+    poses[:, [0, 10]] = np.arange(30)[:, None]
+    with pytest.raises(ValueError, match=r"COLUMNS: column 10 varies, but models do not read it$"):
+        windows.training_set_of(["a"], [("a_1", "a", poses)])
 
 
 @given(lengths=st.tuples(st.integers(167, 3000), st.integers(167, 3000)))
