@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, get_args
 
+import numpy as np
+
 from npss.extras import install_hint
 from npss.files._arrays import Arrays, check_regular
 from npss.files._json import read_json
@@ -147,7 +149,7 @@ def read_array(path: Path) -> Array:
     """Read the only array of a file; `naming_file` names the file in errors."""
     check_regular(path)
     with _needing(path, "reading"):
-        return FORMATS[path.suffix].array(path)  # type: ignore[misc]  # the caller has checked it
+        return np.asanyarray(FORMATS[path.suffix].array(path))  # type: ignore[misc]  # the caller has checked it
 
 
 @contextmanager

@@ -78,6 +78,12 @@ class TestOnesOwn:
         (pair,) = read_pair(tmp_path / "gt.lists", tmp_path / "pred.npz", key="a")
         assert (pair.name, np.array_equal(pair.gt, poses[0])) == ("a", True)
 
+    def test_single_arrays_may_be_lists(self, tmp_path):
+        (tmp_path / "a.rows").write_text("[[1, 2], [3, 4]]", encoding="utf-8")
+        with registered(FORMATS, **{".rows": Format((".rows",), array=lambda path: json.loads(path.read_text()))}):
+            (pair,) = read_pair(tmp_path / "a.rows", tmp_path / "a.rows")
+        assert pair.gt.tolist() == pair.pred.tolist() == [[1, 2], [3, 4]]
+
     def test_is_in_the_help(self, capsys):
         assert ".h5, .hdf5, .npz or .lists" in " ".join(run(capsys, "score", "--help")[1].split())
         assert ".npz or .lists" in " ".join(run(capsys, "leaderboard", "--help")[1].split())
