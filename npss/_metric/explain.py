@@ -113,8 +113,8 @@ def explain(signature: str) -> str:
     fields += [f"  {name}: {value}" for name, value in values.get("extra", {}).items()]
     lines += ["Other fields:", *fields] if fields else ["No other fields."]
     version = values["version"]
-    current = "computed by this library" if version == METRIC_VERSION else f"this library computes {METRIC_VERSION}"
-    lines.append(f"Version of the metric: {version}, {current}.")
+    current = ", the current version" if version == METRIC_VERSION else f"; the current version is {METRIC_VERSION}"
+    lines.append(f"Version: {version}{current}.")
     for metric in values["metric"].split("+"):
         for table, required in _TABLES.get(metric, {}).items():
             lines.append(_compare(stated_of(metric, values), table, required))

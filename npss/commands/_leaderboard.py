@@ -45,7 +45,7 @@ def add_parser(commands: Any) -> None:
 
 def add_protocol(parser: argparse.ArgumentParser) -> None:
     """Add the option for the protocol, which files of samples do not state."""
-    parser.add_argument("--protocol", metavar="NAME", help="name the test windows of samples in the signature")
+    parser.add_argument("--protocol", metavar="NAME", help="state in the signature which test windows these are")
 
 
 def add_groups(parser: argparse.ArgumentParser) -> None:

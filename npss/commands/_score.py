@@ -33,8 +33,8 @@ Score a prediction against its ground truth.
   npss score SAMPLES      one {samples} file of expmap/gt/ACTION_i and expmap/preds/ACTION_i, each (T, 99):
                           Human3.6M exponential maps at 25 frames per second; also prints the Euler error
 
-Give the files before the options. Without --convention, the scores by paper, released and literal are printed; they
-are different numbers.
+Give the files before the options. Without --convention, all three scores are printed (paper, released and literal);
+they are not comparable with each other.
 """
 
 
@@ -60,9 +60,9 @@ def add_parser(commands: Any) -> None:
         help="convert GT and PRED from Human3.6M exponential maps (99 columns) to Euler angles first",
     )
     parser.add_argument("--key", metavar="NAME", help="score only the arrays of this name (default: all)")
-    parser.add_argument("--representation", metavar="NAME", help="name the representation in the signature")
-    parser.add_argument("--protocol", metavar="NAME", help="name the test windows in the signature")
-    parser.add_argument("--fps", type=float, help="set the frames per second (needed for times)")
+    parser.add_argument("--representation", metavar="NAME", help="state in the signature what the features are")
+    parser.add_argument("--protocol", metavar="NAME", help="state in the signature which test windows these are")
+    parser.add_argument("--fps", type=float, help="frames per second; required by --edges-ms and --at-ms")
     parser.add_argument(
         "--edges-ms",
         type=float,

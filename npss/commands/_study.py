@@ -49,14 +49,14 @@ def add_parser(commands: Any) -> None:
         description=_DESCRIPTION,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    forms = parser.add_subparsers(title="forms", required=True, metavar="FORM")
+    subcommands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for add in (_add_plan, _add_page, _add_evaluate):
-        add(forms)
-    parser.imply("evaluate", forms)
+        add(subcommands)
+    parser.imply("evaluate", subcommands)
 
 
-def _add_plan(forms: Any) -> None:
-    parser: argparse.ArgumentParser = forms.add_parser(
+def _add_plan(subcommands: Any) -> None:
+    parser: argparse.ArgumentParser = subcommands.add_parser(
         "plan", help="compute how many questions a study needs", description=_PLAN
     )
     parser.add_argument(
@@ -96,8 +96,8 @@ def _add_format(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_page(forms: Any) -> None:
-    parser: argparse.ArgumentParser = forms.add_parser(
+def _add_page(subcommands: Any) -> None:
+    parser: argparse.ArgumentParser = subcommands.add_parser(
         "page", help="build the page of a survey", description="Build a survey on one HTML page."
     )
     parser.add_argument(
@@ -112,15 +112,15 @@ def _add_page(forms: Any) -> None:
         type=int,
         default=0,
         metavar="N",
-        help="set the seed of the generator that draws the questions (default: %(default)s)",
+        help="set the random seed that draws the questions (default: %(default)s)",
     )
     parser.add_argument("--action", help="choose the action, if the models share several")
     add_max_size(parser)
     parser.set_defaults(run=_page)
 
 
-def _add_evaluate(forms: Any) -> None:
-    parser: argparse.ArgumentParser = forms.add_parser(
+def _add_evaluate(subcommands: Any) -> None:
+    parser: argparse.ArgumentParser = subcommands.add_parser(
         "evaluate",
         help="evaluate votes",
         description=_EVALUATE,

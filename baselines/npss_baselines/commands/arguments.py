@@ -193,7 +193,7 @@ def _add_options(parser: Parser) -> Parser:
         "--iterations",
         type=int,
         metavar="N",
-        help="number of iterations; compresses all schedules in proportion (default: the recipe's)",
+        help="number of iterations; all schedules are scaled in proportion (default: the recipe's)",
     )
     parser.add_argument(
         "--seeds",

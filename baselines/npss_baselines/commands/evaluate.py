@@ -31,7 +31,7 @@ def add_parser(commands: Any) -> None:
         "models",
         nargs="*",
         metavar="MODEL",
-        help=f"{', '.join(PREDICTORS)}, or the folder of a trained model (default: every predictor named here)",
+        help=f"{', '.join(PREDICTORS)}, or the folder of a trained model (default: all of these predictors)",
     )
     add_task_options(parser)
     parser.add_argument(
@@ -48,7 +48,7 @@ def add_parser(commands: Any) -> None:
         "--unwrap",
         choices=("off", "target", "seed"),
         default="off",
-        help="jumps of 2 pi to remove before NPSS: none, as published; within the target frames; or from the seed "
+        help="where to remove jumps of 2 pi before NPSS: nowhere, as published; in the target frames; or from the seed "
         "frames on (default: %(default)s)",
     )
     add_metrics(parser)

@@ -31,12 +31,12 @@ def add_parser(commands: Any) -> None:
         nargs="*",
         metavar="MODEL",
         help=f"{', '.join(PREDICTORS)}, a file of samples ({listed('samples')}), or the folder of a trained model "
-        "(default: every predictor named here)",
+        "(default: all of these predictors)",
     )
     add_task_options(parser)
     add_leaderboard_options(parser)
     add_metrics(parser)
-    parser.add_argument("--manifold", type=Path, metavar="RUN", help="folder of the manifold that measures --metrics G")
+    parser.add_argument("--manifold", type=Path, metavar="RUN", help="folder of the manifold that computes metric G")
     parser.add_argument("--report", type=Path, metavar="FILE", help="write a full report, an HTML page")
     parser.set_defaults(run=run)
 

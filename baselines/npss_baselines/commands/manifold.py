@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _RESTORE = {
     "project": "reconstruct uncorrupted windows",
-    "repair": "restore windows that lost each value with probability .5",
+    "repair": "restore windows in which each value is missing with probability .5",
     "kinect": "restore windows from a simulated depth camera: jitter, drop-outs, an occluded limb",
     "fill": "restore windows without right wrist and hand",
     "inbetween": "restore windows of stepped keys: every 15th frame, held",

@@ -102,8 +102,8 @@ def add_task_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--windows",
         choices=[protocol for source in sources for protocol in source.protocols],
-        help="test windows; for Human3.6M, the eight of published tables, the same one frame later, or 256 at random "
-        "(default: the source's first)",
+        help="test windows; of Human3.6M, srnn-8: the eight of published tables; srnn-8-late: the same, one frame "
+        "later; random-256: 256 random ones (default: the source's first)",
     )
 
 

@@ -52,7 +52,7 @@ def derivatives(
     order : int
         The highest derivative, 0 or more.
     step : int, optional
-        Distance of the frames of a difference, in frames (h in the paper).
+        Step of a difference, in frames (h in the paper).
     past : (B, order * step, D) Tensor, optional
         The frames before `poses`; zeros by default.
     restart : int, optional

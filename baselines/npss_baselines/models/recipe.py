@@ -57,7 +57,7 @@ class Recipe:
     conditioning : int
         Frames in a block (regime auto-conditioning).
     npss_weight : float
-        Weight of NPSS, of the predicted frames, in the loss.
+        Weight in the loss of the NPSS of the predicted frames.
     npss_convention : {'paper', 'released', 'literal'}
         Convention of NPSS in the loss: paper, released or literal.
 

@@ -35,22 +35,22 @@ class VTLNConfig:
         Scale of the noise: the top RNN starts with mu + sigma * eps, eps ~ N(0, 1). For code, sigma is
         sqrt(softplus(s)); for text, it is the "covariance matrix" itself, softplus(s).
     top_rnn : bool
-        Whether to have a top RNN; without it, the Body RNN has no guides and no noise.
+        Whether to use a top RNN; without it, the Body RNN has no guides and no noise.
     n_guides : int
-        Fewest steps of the top RNN, K in the paper: the seed and target frames of a training window. It makes more if
-        more frames are read or predicted.
+        Minimum number of steps of the top RNN, K in the paper: the seed and target frames of a training window. It
+        takes more if more frames are read or predicted.
     n_derivatives : int
         Motion derivatives that the Body RNN reads beside the pose, 0 to 3.
     derivative_step : int
-        Distance of the frames of a difference, in frames.
+        Step of a difference, in frames.
     residual : bool
         Whether the decoder predicts the difference from the input pose.
     dropout : float
         Dropout probability, in training, of the Body RNN's input and of the decoder's input. In the text, only VGRU-r1
         has dropout.
     restart_derivatives : bool
-        Whether, in `open_and_closed`, the second and higher derivatives of the open loop after the seed take the seed
-        frames as zeros: a mistake of the code.
+        Whether to reproduce a mistake of the released code: in `open_and_closed`, the second and higher derivatives of
+        the open loop after the seed take the seed frames as zeros.
     own_past : bool
         Whether derivatives of predictions use predictions alone, including those of the seed frames, and derivatives of
         frames use frames alone, as in the released code. By default, derivatives are of the inputs, which mix frames

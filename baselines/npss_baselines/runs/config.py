@@ -235,8 +235,8 @@ def parser_of(name: str) -> jsonargparse.ArgumentParser:
     parser = jsonargparse.ArgumentParser(
         prog="npss-baselines train",
         usage="npss-baselines train [MODEL] --out RUN [--config FILE] [OPTION ...]",
-        description=f"Train a model: {', '.join(MODELS)}. The --model options below are those of {name}; for another "
-        "model's, give its name before --help.",
+        description=f"Train a model: {', '.join(MODELS)}. The --model options below are those of {name}; to see "
+        "those of another model, name it before --help.",
         exit_on_error=False,
         allow_abbrev=False,
         parser_mode="json",

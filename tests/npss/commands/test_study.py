@@ -289,7 +289,7 @@ class TestErrors:
         assert "unrecognized arguments: -o x.html" in call(small, "-o", "x.html")[2]
         assert "unrecognized arguments: --published" in call("page", tmp_path, "-o", "x.html", "--published")[2]
         assert "the following arguments are required: -o/--output" in call("page", tmp_path)[2]
-        assert "the following arguments are required: FORM" in call()[2]
+        assert "the following arguments are required: COMMAND" in call()[2]
         assert "not allowed with argument --published" in call(small, "--published", "--scores", "x.json")[2]
 
 
