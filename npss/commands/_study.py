@@ -112,7 +112,7 @@ def _add_page(subcommands: Any) -> None:
         type=int,
         default=0,
         metavar="N",
-        help="set the random seed that draws the questions (default: %(default)s)",
+        help="set the random seed for drawing the questions (default: %(default)s)",
     )
     parser.add_argument("--action", help="choose the action, if the models share several")
     add_max_size(parser)
