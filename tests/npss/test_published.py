@@ -96,7 +96,7 @@ def test_spot_values(h36m, model, action, number, at, value):
 def test_the_reference_predictor_reproduces_its_published_row(h36m, h36m_root):
     from npss.predictors import PREDICTORS
     from npss_baselines.commands.evaluate import evaluate
-    from npss_baselines.data.human36m import Human36M
+    from npss_baselines.data.h36m_source import Human36M
 
     for task in Human36M().tasks(h36m_root, ["walking", "eating"]):
         measured = evaluate("zero-velocity", PREDICTORS["zero-velocity"], task)

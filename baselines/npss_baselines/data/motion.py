@@ -45,7 +45,7 @@ class Clip:
         Frames per second.
     positions : (T, 20, 3) ndarray of float64
         Positions of the joints of `JOINTS`, path included, in the source's unit of length. y is up as far as the
-        source knows; for Human3.6M, see `npss_baselines.data.human36m.h36m_clips`.
+        source knows; for Human3.6M, see `npss_baselines.data.h36m_source.h36m_clips`.
 
     Raises
     ------

@@ -6,7 +6,7 @@ import re
 
 from npss.plugins import Registry
 from npss_baselines.data.cmu import CMU, CMUStyles
-from npss_baselines.data.human36m import Human36M
+from npss_baselines.data.h36m_source import Human36M
 from npss_baselines.data.source import PoseSource, Source
 from npss_baselines.data.synthetic import Synthetic
 

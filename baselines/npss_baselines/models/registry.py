@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, fields, is_dataclass, replace
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from npss.plugins import Registry
 from npss_baselines.models.base import MotionModel
@@ -124,10 +125,25 @@ def register_model(spec: ModelSpec) -> None:
     Raises
     ------
     TypeError
-        If it is not a `ModelSpec`.
+        If it is not a `ModelSpec`, its configuration is not a dataclass, or a field of it is not plain data: numbers,
+        text, None, and choices, unions and tuples of these. A run's ``config.json`` holds its value, and the name of a
+        function or a class there would be imported.
     ValueError
         If the name is taken.
     """
     if not isinstance(spec, ModelSpec):
         raise TypeError(f"spec: expected a ModelSpec, got {spec!r}")
+    if not is_dataclass(spec.config) or isinstance(spec.config, type):
+        raise TypeError(f"spec: config: expected an instance of a dataclass, got {spec.config!r}")
+    types = get_type_hints(type(spec.config))
+    for field in fields(spec.config):
+        if not _is_plain(types[field.name]):
+            raise TypeError(f"spec: config: {field.name}: expected plain data, got the type {types[field.name]}")
     MODELS.register(spec.name, spec)
+
+
+def _is_plain(kind: Any) -> bool:
+    """Return whether values of a type are plain data."""
+    if kind in (bool, int, float, str, NoneType, Ellipsis) or get_origin(kind) is Literal:
+        return True
+    return get_origin(kind) in (tuple, list, Union, UnionType) and all(map(_is_plain, get_args(kind)))

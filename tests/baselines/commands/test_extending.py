@@ -3,6 +3,8 @@
 import json
 import re
 import sys
+from collections.abc import Callable
+from dataclasses import make_dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ from npss_baselines.__main__ import main
 from npss_baselines.data import SOURCES, PoseSource, Source, register_source
 from npss_baselines.data.synthetic import Synthetic
 from npss_baselines.models import MODELS, register_model
+from npss_baselines.models.recipe import Recipe
 from npss_baselines.runs import config
 
 PAGE = Path(__file__).parents[3] / "docs" / "extending.md"
@@ -135,6 +138,23 @@ def test_invalid_registrations(changes, message):
         register_source(PoseSource)
     with pytest.raises(TypeError, match=r"^spec: expected a ModelSpec, got 'erd'"):
         register_model("erd")
+
+
+@pytest.mark.parametrize("kind", [Callable, type, object, list, tuple[Callable, ...], int | type, Recipe])
+def test_a_configuration_holds_plain_data(monkeypatch, kind):
+    """A file that names a function or a class would have it imported."""
+    monkeypatch.setattr(MODELS, "_entries", dict(MODELS))
+    config = make_dataclass("Config", [("units", int, 3), ("act", kind, None)])()
+    with pytest.raises(TypeError, match=r"^spec: config: act: expected plain data, got the type "):
+        register_model(replace(MODELS["erd"], name="other", config=config))
+    with pytest.raises(TypeError, match=r"^spec: config: expected an instance of a dataclass, got"):
+        register_model(replace(MODELS["erd"], name="other", config=type(config)))
+
+
+def test_configurations_of_the_models_are_plain_data(monkeypatch):
+    monkeypatch.setattr(MODELS, "_entries", dict(MODELS))
+    for name, spec in list(MODELS.items()):
+        register_model(replace(spec, name=f"other-{name}"))
 
 
 def test_the_folder_of_another_source_is_refused(tmp_path, capsys):

@@ -13,7 +13,7 @@ from npss.predictors import PREDICTORS
 from npss_baselines.__main__ import main
 from npss_baselines.commands import evaluate
 from npss_baselines.data import SOURCES
-from npss_baselines.data.human36m import Human36M
+from npss_baselines.data.h36m_source import Human36M
 from npss_baselines.data.synthetic import Synthetic, synthetic_task
 from npss_baselines.evaluation import sensitivity
 

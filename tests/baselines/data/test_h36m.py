@@ -282,7 +282,7 @@ class TestLengths:
 
     def test_validation_and_sensitivity_check_the_length(self, made):
         pytest.importorskip("torch")
-        from npss_baselines.data.human36m import Human36M
+        from npss_baselines.data.h36m_source import Human36M
         from npss_baselines.evaluation.sensitivity import motion_of
 
         with pytest.raises(ValueError, match="173 frames at 25 frames per second, expected 1500"):

@@ -11,7 +11,7 @@ from h36m_files import write
 from joints import assert_left_is_left, at, lengths
 from npss.gait import gait
 from npss.skeleton import H36M, poses_to_positions
-from npss_baselines.data.human36m import h36m_clips
+from npss_baselines.data.h36m_source import h36m_clips
 from npss_baselines.data.motion import HEIGHT, JOINTS, NAMES, Clip, joints_of_poses
 from npss_baselines.data.synthetic import synthetic_clips
 

@@ -11,7 +11,7 @@ from scipy import stats
 
 from npss.protocol import COLUMNS, TEST_SUBJECT, normalization, srnn_windows
 from npss_baselines.data import h36m, windows
-from npss_baselines.data.human36m import Human36M
+from npss_baselines.data.h36m_source import Human36M
 from npss_baselines.data.synthetic import synthetic_task, synthetic_training_set, synthetic_validation
 from npss_baselines.data.windows import Batches, TrainingClip, TrainingSet
 

@@ -26,7 +26,7 @@ from npss.protocol import ACTIONS, COLUMNS, SLICES_MS, TRAIN_SUBJECTS
 from npss_baselines.commands import arguments
 from npss_baselines.commands.evaluate import evaluate
 from npss_baselines.data import windows
-from npss_baselines.data.human36m import Human36M
+from npss_baselines.data.h36m_source import Human36M
 from npss_baselines.data.synthetic import synthetic_task, synthetic_training_set, synthetic_validation
 from npss_baselines.evaluation.draws import evaluate_run
 from npss_baselines.models import MODELS

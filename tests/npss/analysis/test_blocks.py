@@ -213,7 +213,7 @@ def test_the_eight_windows_in_chains_are_rarely_told_apart(pairs, phi):
 
 
 def test_of_real_windows(h36m_root):
-    from npss_baselines.data.human36m import Human36M
+    from npss_baselines.data.h36m_source import Human36M
 
     (task,) = Human36M().tasks(h36m_root, ["walking"], "random-256")
     assert task.groups == window_blocks("random-256", TEST_LENGTHS["walking"])

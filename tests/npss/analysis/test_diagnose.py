@@ -23,7 +23,7 @@ from npss.rotations import (
 )
 from npss.skeleton import poses_to_positions
 from npss_baselines.data import h36m
-from npss_baselines.data.human36m import Human36M
+from npss_baselines.data.h36m_source import Human36M
 
 NAMES = (
     *("wrap", "gimbal-flip", "quaternion-sign", "hemisphere", "constant", "shift", "context", "padding"),

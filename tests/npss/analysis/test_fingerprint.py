@@ -126,7 +126,7 @@ def test_values_beyond_float64_warn_of_nothing():
 
 def test_copies_of_real_motion(h36m_root):
     """Also where expmap becomes Euler angles near a pole, which makes rounding large."""
-    from npss_baselines.data.human36m import Human36M
+    from npss_baselines.data.h36m_source import Human36M
 
     for task in Human36M().tasks(h36m_root, ("walking", "walkingtogether", "purchases"), "random-256"):
         one = fingerprint(npss.poses_to_euler(task.target))
