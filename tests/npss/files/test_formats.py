@@ -7,7 +7,7 @@ import pytest
 
 import npss
 from command_line import run, samples
-from npss.files import FORMATS, Format, in_memory, listed, register_format, suffixes, write_samples
+from npss.files import FORMATS, Format, in_memory, listed, read_json, register_format, suffixes, write_samples
 from npss.files._samples import read_pair, read_poses
 from npss.records import measure
 from registered import registered
@@ -80,7 +80,7 @@ class TestOnesOwn:
 
     def test_single_arrays_may_be_lists(self, tmp_path):
         (tmp_path / "a.rows").write_text("[[1, 2], [3, 4]]", encoding="utf-8")
-        with registered(FORMATS, **{".rows": Format((".rows",), array=lambda path: json.loads(path.read_text()))}):
+        with registered(FORMATS, **{".rows": Format((".rows",), array=read_json)}):
             (pair,) = read_pair(tmp_path / "a.rows", tmp_path / "a.rows")
         assert pair.gt.tolist() == pair.pred.tolist() == [[1, 2], [3, 4]]
 
