@@ -18,10 +18,12 @@ from pathlib import Path
 import numpy as np
 
 LEFT = """
+import os
 import numpy as np
 print("numpy", *np.show_config(mode="dicts")["SIMD Extensions"].get("found", ["baseline"]), end="")
 try:
     import torch
+    torch.set_num_threads(int(os.environ.get("NPSS_THREADS", torch.get_num_threads())))
     print("; torch", torch.backends.cpu.get_cpu_capability(), "with", torch.get_num_threads(), "threads", end="")
 except ImportError:
     pass
@@ -41,7 +43,7 @@ def legs() -> dict[str, dict[str, str]]:
         "torch without AVX2": {"ATEN_CPU_CAPABILITY": "default"},
         "oneDNN for SSE4.1": {"ONEDNN_MAX_CPU_ISA": "SSE41"},
         "one thread": {"OMP_NUM_THREADS": "1"},
-        "four threads": {"OMP_NUM_THREADS": "4"},
+        "four threads": {"OMP_NUM_THREADS": "4", "NPSS_THREADS": "4"},
     }
 
 

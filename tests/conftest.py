@@ -10,6 +10,10 @@ from hypothesis import HealthCheck, settings
 
 if "PYTEST_XDIST_WORKER" in os.environ:  # one thread for each of several processes, before numpy and torch start theirs
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+if threads := os.environ.get("NPSS_THREADS"):  # torch takes no more from OMP_NUM_THREADS than there are processors
+    import torch
+
+    torch.set_num_threads(int(threads))
 
 settings.register_profile(
     "npss",
