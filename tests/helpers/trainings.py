@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -129,3 +130,16 @@ def train_until_killed(out, configuration, moment, number):
 def command(*arguments):
     """Run ``npss-baselines``."""
     return main([str(argument) for argument in arguments])
+
+
+def train_a_command(options, number):
+    """Train in a separate process, which gets a signal."""
+    loss = trainer.Member.loss
+
+    def interrupted(*arguments):
+        if arguments[-1] == 1:
+            os.kill(os.getpid(), number)
+        return loss(*arguments)
+
+    trainer.Member.loss = interrupted
+    sys.exit(command(*options))

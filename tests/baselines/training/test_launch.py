@@ -31,7 +31,7 @@ from npss_baselines.runs.stopping import Stop, Stopped
 from npss_baselines.training import trainer
 from outcomes import same
 from registered import registered
-from trainings import RECIPE, TINY, command, configured, outcome, trained
+from trainings import RECIPE, TINY, command, configured, outcome, train_a_command, trained
 
 pytestmark = pytest.mark.usefixtures("_tiny")
 
@@ -128,19 +128,6 @@ def test_a_signal_that_lightning_catches_first_is_not_a_success(tmp_path, monkey
     with pytest.raises(Stopped) as stopped:
         trained(tmp_path, configured())
     assert stopped.value.signal is signal.SIGTERM
-
-
-def train_a_command(options, number):
-    """Train in a separate process, which gets a signal."""
-    loss = trainer.Member.loss
-
-    def interrupted(*arguments):
-        if arguments[-1] == 1:
-            os.kill(os.getpid(), number)
-        return loss(*arguments)
-
-    trainer.Member.loss = interrupted
-    sys.exit(command(*options))
 
 
 def test_the_exit_status_is_that_of_the_signal(tmp_path, processes):
