@@ -149,6 +149,7 @@ class TestRefuses:
         ("change", "message"),
         [
             ({"signature": "npss|version:2|convention:paper|frames:12"}, "version"),
+            ({"signature": "npss|version:0|convention:paper|frames:12"}, "version"),
             ({"signature": "npss|version:1|convention:paper"}, "of metric version 1"),
             ({"signature": "mse|version:1|frames:12"}, "of metric version 1"),
             ({"signature": "npss|version:1|convention:paper|frames:many"}, "signature"),
