@@ -470,3 +470,14 @@ def test_columns_of_records_match_their_signatures(shares):
         ValueError, match=r"metrics: 'PCK' is a column of 'share', but its signature is other\|version:1"
     ):
         npss.leaderboard(shares)
+
+
+@pytest.mark.parametrize("at_ms", [40, 400, 1000])
+def test_the_euler_error_is_that_of_its_own_function(at_ms):
+    gt, pred = poses(2), poses(3)
+    measured = EULER_ERROR.measure(gt, pred, fps=25, at_ms=at_ms)
+    assert measured.value == pytest.approx(npss.euler_error(gt, pred, fps=25, at_ms=[at_ms])[at_ms], rel=1e-14)
+
+
+def test_a_metric_may_have_no_decimal_places():
+    assert Metric(name="count", function=lambda gt, pred: np.ones(len(gt)), says="a count", digits=0).digits == 0
