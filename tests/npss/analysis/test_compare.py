@@ -589,3 +589,9 @@ def test_arrays_may_be_named_and_options_have_to_be():
     assert str(npss.compare(gt=gt, pred_a=a, pred_b=b)) == str(npss.compare(gt, a, b))
     with pytest.raises(TypeError, match="positional"):
         npss.compare(gt, a, b, "npss")
+
+
+def test_the_default_seed_is_zero():
+    gt, a, b = np.random.default_rng(4).normal(size=(3, 20, 10, 2))
+    p_values = [npss.compare(gt, a, b, **options).p_value for options in ({}, {"seed": 0}, {"seed": 1})]
+    assert p_values[0] == p_values[1] != p_values[2]
