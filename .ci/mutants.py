@@ -303,8 +303,9 @@ def main() -> int:
         for cache in Path(folder).rglob("__pycache__"):
             shutil.rmtree(cache)
         os.chdir(folder)
-        sys.path.insert(0, folder)
-        os.environ["PYTHONPATH"] = os.pathsep.join([folder, str(Path(folder, "baselines"))])
+        packages = [folder, str(Path(folder, "baselines"))]
+        sys.path[:0] = packages
+        os.environ["PYTHONPATH"] = os.pathsep.join(packages)
         import hypothesis  # noqa: F401 - here, so that no process has to
         import scipy.stats  # noqa: F401
 
