@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -79,6 +80,12 @@ class Module(pytest.Module):
             if missing in BEYOND_THE_CORE and importlib.util.find_spec("torch") is None:
                 pytest.skip(f"the whole file needs {missing}", allow_module_level=True)
             raise
+
+
+def pytest_runtest_teardown() -> None:
+    """Forget the plugins that a test has named, which commands repeat in what they print."""
+    if plugins := sys.modules.get("npss.plugins"):
+        plugins._named.clear()
 
 
 def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module:
