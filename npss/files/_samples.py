@@ -65,13 +65,6 @@ def read_pair(gt: Path, pred: Path, *, key: str | None = None, max_size: float =
     return [Pair(name, truths[name], predictions[name]) for name in truths]
 
 
-def read_samples(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
-    """Read a file of samples as `read_poses` does, and convert it to Human3.6M Euler angles."""
-    pairs = read_poses(path, max_size=max_size)
-    with naming_file(path):
-        return [converted(pair) for pair in pairs]
-
-
 def converted(pair: Pair) -> Pair:
     """Convert the exponential maps of a pair to Euler angles; errors name the array."""
     try:

@@ -27,6 +27,7 @@ from npss.protocol import (
     srnn_windows,
 )
 from npss.validation import one_of, positive_integer
+from npss_baselines.data.tasks import cut
 
 Float32 = npt.NDArray[np.float32]
 
@@ -266,9 +267,7 @@ def load_test_windows(
     one_of("windows", windows, tuple(WINDOWS))
     clips = load_test_clips(data, action)
     places = WINDOWS[windows]([len(clip) for clip in clips], n_seed=n_seed, n_target=n_target)
-    seed = np.stack([clips[place.clip][place.seed_frames] for place in places])
-    target = np.stack([clips[place.clip][place.target] for place in places])
-    return seed, target
+    return cut(clips, places)
 
 
 def _name(subject: int, action: str, clip: int) -> str:

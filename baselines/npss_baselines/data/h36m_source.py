@@ -13,8 +13,8 @@ from npss.records import Groups
 from npss.validation import each
 from npss_baselines.data import h36m
 from npss_baselines.data.motion import Clip, joints_of_poses
-from npss_baselines.data.source import QUICK, Poses, PoseSource, Recording
-from npss_baselines.data.tasks import N_SEED, N_TARGET, Task, task_of
+from npss_baselines.data.source import QUICK, PoseSource, Recording
+from npss_baselines.data.tasks import N_SEED, N_TARGET, Poses, Task, task_of
 from npss_baselines.data.windows import STRIDE, validation_windows
 
 #: Subjects to read in a quick trial.

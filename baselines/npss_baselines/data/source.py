@@ -8,17 +8,12 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from npss.protocol import FPS, Window
 from npss.records import Groups
 from npss.validation import one_of
 from npss_baselines.data.motion import Clip, joints_of_poses
-from npss_baselines.data.tasks import N_SEED, N_TARGET, Task, task_of
+from npss_baselines.data.tasks import N_SEED, N_TARGET, Poses, Task, task_of
 from npss_baselines.data.windows import TrainingSet, training_set_of
-
-Poses = npt.NDArray[np.floating[Any]]
 
 #: Recordings of each subject that `PoseSource.clips` reads in a quick trial.
 QUICK = 2

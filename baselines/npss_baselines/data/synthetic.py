@@ -10,8 +10,8 @@ import numpy as np
 from npss.gait import gait
 from npss.validation import positive_integer
 from npss_baselines.data.motion import Clip, joints_of_poses
-from npss_baselines.data.source import Poses, PoseSource, Recording
-from npss_baselines.data.tasks import N_SEED, N_TARGET, Task
+from npss_baselines.data.source import PoseSource, Recording
+from npss_baselines.data.tasks import N_SEED, N_TARGET, Poses, Task
 from npss_baselines.data.windows import TrainingSet, training_set_of
 
 #: The only action.
@@ -45,9 +45,8 @@ class Synthetic(PoseSource):
     def recordings(
         self, folder: Path, *, actions: Sequence[str], subjects: Sequence[object], cache: Path | None = None
     ) -> Iterator[Recording]:
-        """Generate the 32 walkers of the training set, without names."""
-        for i, walk in enumerate(gait(32, 500, seed=1)):
-            yield Recording(f"{GAIT}_{i}", "", GAIT, walk)
+        """Generate the walkers of the training set, without names."""
+        return synthetic_recordings()
 
     def validation_tasks(self, folder: Path, actions: Sequence[str], *, cache: Path | None = None) -> list[Task]:
         """Generate the 16 walkers of the validation set."""
@@ -74,10 +73,16 @@ def synthetic_task(n: int = 64) -> Task:
     return next(Synthetic(n).tasks(Path()))
 
 
-def synthetic_training_set(n: int = 32, n_frames: int = 500) -> TrainingSet:
+def synthetic_recordings(n: int = 32, n_frames: int = 500) -> Iterator[Recording]:
     """Generate `n` walkers to train on; always the same, and in no other set."""
-    walks = gait(n, n_frames, seed=1)
-    return training_set_of([GAIT], ((f"{GAIT}_{i}", GAIT, walk) for i, walk in enumerate(walks)))
+    for i, walk in enumerate(gait(n, n_frames, seed=1)):
+        yield Recording(f"{GAIT}_{i}", "", GAIT, walk)
+
+
+def synthetic_training_set(n: int = 32, n_frames: int = 500) -> TrainingSet:
+    """Return the training set of `synthetic_recordings`."""
+    recordings = synthetic_recordings(n, n_frames)
+    return training_set_of([GAIT], ((recording.name, recording.action, recording.poses) for recording in recordings))
 
 
 def synthetic_validation(n: int = 16) -> list[Task]:

@@ -20,7 +20,7 @@ from torch import nn
 import npss
 from npss.commands import main
 from npss.console import _progress
-from npss.files._samples import read_poses, read_samples
+from npss.files._samples import converted, read_poses
 from npss.predictors import zero_velocity
 from npss.protocol import ACTIONS, COLUMNS, SLICES_MS, TRAIN_SUBJECTS
 from npss_baselines.commands import arguments
@@ -35,6 +35,7 @@ from npss_baselines.runs.predictor import ModelPredictor
 from npss_baselines.training import objectives, trainer, validation
 from npss_baselines.training.rmsprop import RMSpropTF
 from outcomes import same
+from texts import check_texts
 from trainings import RECIPE, TINY, Tiny, TinyConfig, command, configured, outcome, train_until_killed, trained
 
 pytestmark = pytest.mark.usefixtures("_tiny")
@@ -550,21 +551,10 @@ def test_errors_name_an_invalid_configuration_file(tmp_path, content, message):
     file.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(ValueError, match=rf"some\.json: {message}"):
         config.read(file)
-    file.write_bytes(b"\xff{")
-    with pytest.raises(ValueError, match=r"some\.json: line 1 is not UTF-8 text"):
-        config.read(file)
 
 
 def test_the_formatting_of_a_configuration_does_not_matter(tmp_path):
-    file = tmp_path / "some.json"
-    file.write_text('{"name": "tiny"}', encoding="utf-8-sig")
-    assert config.read(file).name == "tiny"
-    file.write_text('{"name": "tiny"}', encoding="utf-16")
-    with pytest.raises(ValueError, match=r"some\.json: the text is UTF-16"):
-        config.read(file)
-    file.write_text("[" * 100_000, encoding="utf-8")
-    with pytest.raises(ValueError, match=r"some\.json: invalid JSON: nested too deeply"):
-        config.read(file)
+    assert check_texts(config.read, tmp_path / "some.json", '{"name": "tiny"}').name == "tiny"
 
 
 # --- commands ---
@@ -620,7 +610,7 @@ def test_the_other_commands_read_samples(run, capsys):
         capsys.readouterr()
         assert main(["score", str(run / name)]) == 0
         assert "The file's own Euler error curve is reproduced" in capsys.readouterr().out
-    (pair,) = read_samples(run / "samples.npz")
+    (pair,) = map(converted, read_poses(run / "samples.npz"))
     record = evaluate("run", folder.predictor_of(run, "gait", seed=0), synthetic_task())
     assert record["npss"]["paper"] == npss.score(pair.gt, pair.pred)
 

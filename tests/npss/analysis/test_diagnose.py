@@ -12,7 +12,7 @@ from npss import gait
 from npss._analysis import diagnose as _diagnose
 from npss._analysis.pitfalls import PITFALLS
 from npss.commands import main
-from npss.files._samples import read_samples
+from npss.files._samples import converted, read_poses
 from npss.rotations import (
     continuous,
     continuous_euler,
@@ -215,7 +215,7 @@ def test_no_finding_on_quaternions_as_lafan1_s_asks_for_action(n_frames):
 
 @pytest.mark.parametrize("file", ["wookay_walking_10000.h5", "wookay_eating_1000.h5"])
 def test_published_predictions(capsys, samples_root, file):
-    for pair in read_samples(samples_root / file):
+    for pair in map(converted, read_poses(samples_root / file)):
         assert pitfalls(pair.gt, pair.pred) == [("powerless", "gt")]
         assert warned(pair.gt, pair.pred) == []
     assert main(["score", str(samples_root / file)]) == 0
