@@ -1,13 +1,11 @@
 """A small manifold, its training and the results."""
 
-import os
-import signal
 from dataclasses import replace
-from pathlib import Path
 
 import torch
 from safetensors.torch import load_file
 
+from killing import kill_at
 from npss_baselines.data.synthetic import synthetic_clips
 from npss_baselines.manifold.model.autoencoder import AutoencoderConfig
 from npss_baselines.manifold.motion.dataset import prepare
@@ -65,28 +63,5 @@ def outcome(out):
 def train_until_killed(out, configuration, sets, moment, number):
     """Train in a separate process that kills itself at the n-th event of a kind."""
     small_chunks()
-    remaining = [number]
-
-    def count_down():
-        remaining[0] -= 1
-        if remaining[0] == 0:
-            os.kill(os.getpid(), signal.SIGKILL)
-
-    rename, step = Path.replace, trainer.Training._step
-
-    def replace_file(part, target):
-        if moment == "writing":
-            if remaining[0] == 1:  # half of it is written
-                os.truncate(part, part.stat().st_size // 2)
-            count_down()
-        rename(part, target)
-        if moment == "written":
-            count_down()
-
-    def begin_batch(*arguments):
-        if moment == "batch":
-            count_down()
-        return step(*arguments)
-
-    Path.replace, trainer.Training._step = replace_file, begin_batch
+    kill_at(moment, number, trainer.Training, "_step", "batch")
     trained(out, configuration, sets)

@@ -1,15 +1,14 @@
 """A small model, its training and the results."""
 
 import os
-import signal
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import torch
 from safetensors.torch import load_file
 from torch import nn
 
+from killing import kill_at
 from npss_baselines.__main__ import main
 from npss_baselines.commands import arguments
 from npss_baselines.data.synthetic import synthetic_training_set, synthetic_validation
@@ -100,30 +99,7 @@ def outcome(out):
 def train_until_killed(out, configuration, moment, number):
     """Train in a separate process that kills itself at the n-th event of a kind."""
     MODELS.register("tiny", TINY)
-    remaining = [number]
-
-    def count_down():
-        remaining[0] -= 1
-        if remaining[0] == 0:
-            os.kill(os.getpid(), signal.SIGKILL)
-
-    rename, zero_grad = Path.replace, torch.optim.Optimizer.zero_grad
-
-    def replace_file(part, target):
-        if moment == "writing":
-            if remaining[0] == 1:  # half of it is written
-                os.truncate(part, part.stat().st_size // 2)
-            count_down()
-        rename(part, target)
-        if moment == "written":
-            count_down()
-
-    def begin_iteration(*arguments, **options):
-        if moment == "iteration":
-            count_down()
-        zero_grad(*arguments, **options)
-
-    Path.replace, torch.optim.Optimizer.zero_grad = replace_file, begin_iteration
+    kill_at(moment, number, torch.optim.Optimizer, "zero_grad", "iteration")
     trained(out, configuration)
 
 

@@ -29,6 +29,7 @@ from npss_baselines.manifold.training.recipe import PAPER, RECIPES, Stage
 from npss_baselines.runs import launch, metrics, weights
 from npss_baselines.runs.config import CHECKPOINT
 from outcomes import same
+from texts import check_texts
 
 
 @pytest.fixture(autouse=True)
@@ -463,21 +464,10 @@ def test_invalid_configuration_files_are_named(tmp_path, content, message):
     file.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(ValueError, match=rf"some\.json: {message}"):
         config.read(file)
-    file.write_bytes(b"\xff{")
-    with pytest.raises(ValueError, match=r"some\.json: line 1 is not UTF-8 text"):
-        config.read(file)
 
 
 def test_layout_of_a_configuration_does_not_matter(tmp_path):
-    file = tmp_path / "some.json"
-    file.write_text('{"name": "manifold"}', encoding="utf-8-sig")
-    assert config.read(file).name == "manifold"
-    file.write_text('{"name": "manifold"}', encoding="utf-16")
-    with pytest.raises(ValueError, match=r"some\.json: the text is UTF-16"):
-        config.read(file)
-    file.write_text("[" * 100_000, encoding="utf-8")
-    with pytest.raises(ValueError, match=r"some\.json: invalid JSON: nested too deeply"):
-        config.read(file)
+    assert check_texts(config.read, tmp_path / "some.json", '{"name": "manifold"}').name == "manifold"
 
 
 # --- the command ---
