@@ -71,7 +71,8 @@ def run(options: argparse.Namespace) -> None:
     models = options.models or list(PREDICTORS)
     if unknown := [model for model in models if model not in PREDICTORS and not is_run(model)]:
         raise ValueError(f"MODEL: {unknown[0]!r} is neither one of {', '.join(PREDICTORS)} nor the folder of a run")
-    pairs = [(name, model, task) for task in tasks_of(options) for name, model in by_name(models).items()]
+    named = by_name(models)
+    pairs = [(name, model, task) for task in tasks_of(options) for name, model in named.items()]
     records = []
     with Progress("evaluating") as progress:
         for done, (name, model, task) in enumerate(pairs):
