@@ -1,0 +1,126 @@
+"""``npss-baselines reproduce``: train and measure the models of the reference numbers."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+
+from npss.console import duration, table
+from npss.plugins import with_plugins
+from npss.validation import positive_integer
+from npss_baselines.commands.sources import add_pose_source, pose_source_of
+from npss_baselines.reproduction import processes
+from npss_baselines.reproduction.job import Place, work
+from npss_baselines.reproduction.plan import BUDGETS, Planned, read_plan
+
+#: The file that the process of the command locks.
+LOCK = ".lock"
+
+_DESCRIPTION = """\
+Train and measure the models of the reference numbers, from raw files to tables, by a plan: in order of worth, one
+process for each core with one thread each. What is done is skipped, and what was cut off is resumed, when the command
+is repeated.
+--out holds runs/ (models), records/ (a JSON file for each run) and tables/.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of ``npss-baselines``."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "reproduce", help="reproduce the reference numbers", description=_DESCRIPTION
+    )
+    add_pose_source(parser)
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the results, created if missing")
+    parser.add_argument(
+        "--only",
+        nargs="+",
+        default=[],
+        metavar="NAME",
+        help="run only these tables, rows or models of the plan",
+    )
+    parser.add_argument(
+        "--budget",
+        choices=BUDGETS,
+        default="full",
+        help="minutes: every step on little, as a trial; hours: one seed of each model; full: all of the plan "
+        "(default: %(default)s)",
+    )
+    parser.add_argument(
+        "--plan", type=Path, metavar="FILE", help="run this plan, a TOML file, instead of the project's"
+    )
+    parser.add_argument("--list", action="store_true", help="list the runs, with what is done, and run nothing")
+    parser.add_argument(
+        "--workers", type=int, metavar="N", help="processes at once (default: one for each core that is available)"
+    )
+    parser.add_argument("--run-name", dest="run_name", help=argparse.SUPPRESS)  # for the processes of single runs
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Run the plan; or one run of it, in this process."""
+    if options.out is None:
+        raise ValueError("--out DIR is required: the folder of the results")
+    trial = options.budget == BUDGETS[0]
+    source, folder = pose_source_of(options, "synthetic" if trial else None)
+    place = Place(source, folder, options.out / "trial" if trial else options.out, trial)
+    runs = read_plan(options.plan).runs(source, budget=options.budget, only=options.only)
+    if options.run_name is not None:
+        work(next(planned for planned in runs if planned.name == options.run_name), place)
+        return
+    if options.list:
+        print(_listed(runs, place))
+        return
+    left = [planned for planned in runs if not place.record(planned).exists()]
+    workers = min(positive_integer("workers", options.workers or processes.cores()), max(1, len(left)))
+    minutes = sum(planned.row.minutes for planned in left)
+    print(
+        f"{len(runs)} runs, {len(runs) - len(left)} done; about {duration(60 * minutes / workers)} for the others, "
+        f"{workers} at once",
+        file=sys.stderr,
+        flush=True,
+    )
+    with _locked(place.out):
+        failed = processes.run([_job(planned, place, options) for planned in left], workers=workers, say=_say)
+    if failed:
+        raise ValueError(f"{len(failed)} of {len(runs)} runs failed: {', '.join(job.name for job in failed)}")
+
+
+def _job(planned: Planned, place: Place, options: argparse.Namespace) -> processes.Job:
+    """Return the process of a run: this command, with its name."""
+    source = [f"--{place.source.option}", *([] if place.source.generated else [str(place.folder)])]
+    plan = [] if options.plan is None else ["--plan", str(options.plan)]
+    arguments = ["reproduce", *source, "--out", str(options.out), "--budget", options.budget, *plan]
+    command = [sys.executable, "-m", "npss_baselines", *with_plugins([*arguments, "--run-name", planned.name])]
+    return processes.Job(planned.name, command, place.run(planned) / "log.txt", planned.row.minutes)
+
+
+def _listed(runs: Sequence[Planned], place: Place) -> str:
+    """Return a table of the runs."""
+    rows = []
+    for planned in runs:
+        begun = place.run(planned).exists()
+        state = "done" if place.record(planned).exists() else "begun" if begun else ""
+        minutes = duration(60 * planned.row.minutes)
+        rows.append([planned.name, planned.row.model, planned.row.recipe, minutes, state, planned.why])
+    return table(["run", "model", "recipe", "one core", "state", "why"], rows, "lllrll")
+
+
+@contextmanager
+def _locked(out: Path) -> Iterator[None]:
+    """Lock the folder of the results against other processes."""
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        with FileLock(out / LOCK, timeout=0):
+            yield
+    except Timeout:
+        raise ValueError(f"--out: another process is reproducing in {out}") from None
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)

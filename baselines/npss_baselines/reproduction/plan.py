@@ -1,0 +1,232 @@
+"""The plan of the reference numbers: which rows, on which actions and seeds, in which order, and why."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from npss.files import doing, read_text
+from npss.validation import one_of
+from npss_baselines.data import PoseSource
+from npss_baselines.data.windows import checked_seed
+
+#: How much of the plan to run. Minutes: every step on little, for a trial. Hours: one seed of each model.
+BUDGETS = ("minutes", "hours", "full")
+#: Iterations and batch size of a trial.
+TRIAL = {"iterations": 3, "batch": 4}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the tables: a model and how it is trained.
+
+    Attributes
+    ----------
+    name : str
+        The name of the row, unique in the plan.
+    model : str
+        The name of the model or predictor.
+    recipe : str
+        The name of its recipe in the plan.
+    tables : tuple of str
+        The tables that show the row.
+    iterations : int or None
+        Iterations of training, to which the schedules of the model's recipe are scaled; None for the model's own.
+    settings : dict
+        Fields of the run's configuration that differ from the model's, nested as in ``config.json``.
+    minutes : float
+        The minutes that training takes on one core, roughly: for the time left alone.
+    """
+
+    name: str
+    model: str
+    recipe: str
+    tables: tuple[str, ...]
+    iterations: int | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    minutes: float = 0.1
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A run of the plan.
+
+    Attributes
+    ----------
+    row : Row
+        The row of the tables that it belongs to.
+    actions : tuple of str
+        The actions to train on.
+    subjects : tuple
+        The subjects to train on; empty for all of the source.
+    seed : int
+        The seed.
+    why : str
+        Why it is in the plan.
+    """
+
+    row: Row
+    actions: tuple[str, ...]
+    subjects: tuple[Any, ...]
+    seed: int
+    why: str
+
+    @property
+    def name(self) -> str:
+        """The name of the run, of its folder and of its record."""
+        action = self.actions[0] if len(self.actions) == 1 else f"{len(self.actions)}-actions"
+        return f"{self.row.name}/{action}-seed-{self.seed}"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The plan.
+
+    Attributes
+    ----------
+    rows : dict of str to Row
+        All rows, by name.
+    order : tuple of dict
+        Groups of runs, in order of worth: ``rows``, ``actions``, ``seeds``, ``budget``, ``together``, ``why``.
+    recipes : dict of str to str
+        What each recipe is, in words.
+    subjects : dict of str to tuple
+        The subjects to train on, for actions that not all subjects have recordings of.
+    """
+
+    rows: Mapping[str, Row]
+    order: tuple[Mapping[str, Any], ...]
+    recipes: Mapping[str, str]
+    subjects: Mapping[str, tuple[Any, ...]]
+
+    def runs(self, source: PoseSource, *, budget: str = "full", only: Sequence[str] = ()) -> list[Planned]:
+        """Return the runs, in order of worth.
+
+        Parameters
+        ----------
+        source : PoseSource
+            The source of motion. One without the actions of the plan trains on its own default actions.
+        budget : {'minutes', 'hours', 'full'}, optional
+            How much of the plan to run.
+        only : sequence of str, optional
+            Names of rows, models or tables to run; by default, all.
+
+        Raises
+        ------
+        ValueError
+            If a name is that of no row, model or table, or the budget is unknown.
+        """
+        one_of("budget", budget, BUDGETS)
+        for name in only:
+            one_of("only", name, self.names())
+        runs = {run.name: run for run in self._runs(source, budget) if not only or _named(run.row) & {*only}}
+        return list(runs.values())
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of tables, rows and models."""
+        rows = self.rows.values()
+        tables = [table for row in rows for table in row.tables]
+        return tuple(dict.fromkeys([*tables, *self.rows, *(row.model for row in rows)]))
+
+    def _runs(self, source: PoseSource, budget: str) -> Iterator[Planned]:
+        for group in self.order:
+            is_trial = group["budget"] == "minutes"
+            if is_trial != (budget == "minutes") or (group["budget"] == "full" and budget == "hours"):
+                continue
+            actions = tuple(action for action in group["actions"] if action in source.actions)
+            actions = actions or source.default_actions[:1]
+            trained_on = [actions] if group["together"] else [(action,) for action in actions]
+            for seed in group["seeds"]:
+                for row in group["rows"]:
+                    for of_run in trained_on:
+                        planned = self.rows[row]
+                        planned = trial(planned) if is_trial else planned
+                        yield Planned(planned, of_run, self._subjects(source, of_run), seed, group["why"])
+
+    def _subjects(self, source: PoseSource, actions: Sequence[str]) -> tuple[Any, ...]:
+        """Return the subjects that have recordings of all actions."""
+        of_actions = [self.subjects.get(action, source.train_subjects) for action in actions]
+        return tuple(subject for subject in source.train_subjects if all(subject in each for each in of_actions))
+
+
+def trial(row: Row) -> Row:
+    """Return a row that takes seconds to train."""
+    if row.iterations is None:
+        return row
+    settings = {**row.settings, "recipe": {**row.settings.get("recipe", {}), "batch": TRIAL["batch"]}}
+    return replace(row, iterations=TRIAL["iterations"], settings=settings, minutes=0.1)
+
+
+def read_plan(path: Path | None = None) -> Plan:
+    """Read a plan.
+
+    Parameters
+    ----------
+    path : Path, optional
+        A TOML file; by default, ``plan.toml`` beside this module.
+
+    Raises
+    ------
+    OSError, ValueError
+        If the file cannot be read or is invalid; names the table and the key.
+    """
+    if path is None:
+        text, name = files(__package__).joinpath("plan.toml").read_text(encoding="utf-8"), "plan.toml"
+    else:
+        with doing("reading the plan"):
+            text, name = read_text(path), str(path)
+    try:
+        return _plan(tomllib.loads(text))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name}: {error}") from error
+
+
+def _plan(values: Mapping[str, Any]) -> Plan:
+    _keys("", values, {"recipes", "rows", "order"}, {"subjects"})
+    recipes, rows = values["recipes"], {}
+    for name, recipe in recipes.items():
+        _keys(f"recipes.{name}: ", recipe, {"what"}, {"settings"})
+    for name, row in values["rows"].items():
+        where = f"rows.{name}: "
+        _keys(where, row, {"model", "recipe", "tables"}, {"iterations", "settings", "minutes"})
+        one_of(f"{where}recipe", row["recipe"], tuple(recipes))
+        settings = _merged(recipes[row["recipe"]].get("settings", {}), row.get("settings", {}))
+        rows[name] = Row(name, **{**row, "tables": tuple(row["tables"]), "settings": settings})
+    order = []
+    for i, group in enumerate(values["order"]):
+        where = f"order[{i}]: "
+        _keys(where, group, {"rows", "actions", "seeds", "budget", "why"}, {"together"})
+        one_of(f"{where}budget", group["budget"], BUDGETS)
+        for row in group["rows"]:
+            one_of(f"{where}rows", row, tuple(rows))
+        for seed in group["seeds"]:
+            checked_seed(seed)
+        order.append({"together": False, **group})
+    subjects = {action: tuple(of_action) for action, of_action in values.get("subjects", {}).items()}
+    return Plan(rows, tuple(order), {name: recipe["what"] for name, recipe in recipes.items()}, subjects)
+
+
+def _named(row: Row) -> set[str]:
+    return {row.name, row.model, *row.tables}
+
+
+def _keys(where: str, value: object, required: set[str], optional: Iterable[str] = ()) -> None:
+    """Raise unless a table has the required keys, and no others than the optional ones."""
+    if not isinstance(value, dict):
+        raise TypeError(f"{where}expected a table, got {value!r}")
+    if missing := required - set(value):
+        raise ValueError(f"{where}missing {', '.join(sorted(missing))}")
+    known = required | set(optional)
+    if unknown := set(value) - known:
+        raise ValueError(f"{where}unknown {', '.join(sorted(unknown))}; expected {', '.join(sorted(known))}")
+
+
+def _merged(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
+    """Merge nested tables; values of the second take precedence."""
+    merged = {**first, **second}
+    both = [name for name in first if isinstance(first[name], dict) and isinstance(second.get(name), dict)]
+    return merged | {name: _merged(first[name], second[name]) for name in both}
