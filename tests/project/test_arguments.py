@@ -22,6 +22,8 @@ FORMER = [
     (predictors.zero_velocity, "seed", "seed_frames"),
     (predictors.running_average, "seed", "seed_frames"),
     (predictors.repeat, "seed", "seed_frames"),
+    (predictors.periodic, "seed", "seed_frames"),
+    (predictors.gated_periodic, "seed", "seed_frames"),
     (gait.gait, "rng", "seed"),
     (study.design, "rng", "seed"),
     (study.simulate_votes, "rng", "seed"),

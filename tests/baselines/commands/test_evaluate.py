@@ -146,6 +146,25 @@ EULER = {
 }
 # One frame later; from an independent program.
 LATE = {"walking": "1.1864", "eating": "0.8887", "smoking": "0.9438"}
+# Of predictors by period: NPSS `released` and `paper`, and the Euler error; of `periodic` on the eight windows, from an
+# independent program.
+PERIODIC = {
+    ("srnn-8", "walking", "periodic"): ("0.831", "1.185", "0.247 0.427 0.666 0.720 0.737 0.730"),
+    ("srnn-8", "eating", "periodic"): ("0.765", "1.718", "0.359 0.678 1.078 1.167 1.267 1.307"),
+    ("srnn-8", "smoking", "periodic"): ("1.423", "3.272", "0.460 0.872 1.190 1.223 1.159 1.873"),
+    ("srnn-8", "walking", "gated-periodic"): ("0.716", "1.069", "0.207 0.327 0.535 0.598 0.627 0.670"),
+    ("srnn-8", "eating", "gated-periodic"): ("0.829", "2.126", "0.257 0.432 0.683 0.799 0.926 1.149"),
+    ("srnn-8", "smoking", "gated-periodic"): ("0.925", "2.879", "0.303 0.572 1.009 0.992 1.050 1.710"),
+    ("random-256", "walking", "zero-velocity"): ("1.503", "3.479", "0.426 0.777 1.235 1.345 1.500 1.552"),
+    ("random-256", "eating", "zero-velocity"): ("1.064", "2.475", "0.300 0.591 0.938 1.067 1.206 1.533"),
+    ("random-256", "smoking", "zero-velocity"): ("1.021", "2.871", "0.338 0.561 0.945 1.075 1.279 1.707"),
+    ("random-256", "walking", "periodic"): ("1.368", "2.119", "0.413 0.726 0.975 1.026 1.086 1.129"),
+    ("random-256", "eating", "periodic"): ("1.115", "2.129", "0.442 0.816 1.204 1.279 1.344 1.526"),
+    ("random-256", "smoking", "periodic"): ("1.244", "2.699", "0.564 0.922 1.366 1.473 1.575 1.781"),
+    ("random-256", "walking", "gated-periodic"): ("1.122", "2.315", "0.313 0.541 0.767 0.818 0.929 1.045"),
+    ("random-256", "eating", "gated-periodic"): ("0.998", "2.174", "0.316 0.603 0.943 0.995 1.122 1.416"),
+    ("random-256", "smoking", "gated-periodic"): ("0.981", "2.630", "0.352 0.577 1.060 1.184 1.366 1.624"),
+}
 UNWRAPPED = {"off": ("2.940", "0.943"), "target": ("2.417", "0.763"), "seed": ("2.081", "0.653")}
 
 
@@ -174,6 +193,16 @@ class TestHuman36M:
     def test_euler_error_of_zero_velocity(self, records, action):
         errors = records[action, "zero-velocity"]["euler_error"]
         assert tuple(f"{error:.3f}" for error in errors.values()) == EULER[action]
+
+    @pytest.mark.parametrize(("windows", "action"), [*dict.fromkeys(case[:2] for case in PERIODIC)])
+    def test_periodic(self, h36m_root, windows, action):
+        (task,) = Human36M().tasks(h36m_root, (action,), windows)
+        for name in (name for *case, name in PERIODIC if case == [windows, action]):
+            record = evaluate.evaluate(name, PREDICTORS[name], task)
+            errors = " ".join(f"{error:.3f}" for error in record["euler_error"].values())
+            printed = f"{record['npss']['released']:.3f}", f"{record['npss']['paper']:.3f}", errors
+            assert printed == PERIODIC[windows, action, name]
+            assert record["signature"].endswith(f"|protocol:{windows}|unwrap:off|average:at|columns:gt")
 
     def test_constant_predictions_are_equal_to_all_digits(self, records):
         for action in EULER:
