@@ -12,6 +12,7 @@ from npss.console import add_plugin
 from npss.validation import one_of
 from npss_baselines.commands.sources import add_folder_options, folders_of, from_environment
 from npss_baselines.data import Source, pose_sources
+from npss_baselines.fitted import FITTED
 from npss_baselines.models import MODELS
 from npss_baselines.runs import config, launch
 from npss_baselines.runs.config import CHECKPOINT, FILE, Configuration
@@ -41,7 +42,7 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     named = arguments and not arguments[0].startswith("-")
     name, rest = (arguments[0], arguments[1:]) if named else (None, arguments)
     if name is not None:
-        one_of("MODEL", name, tuple(MODELS))
+        one_of("MODEL", name, (*MODELS, *FITTED))
     if {"-h", "--help"} & set(rest):
         _add_options(config.parser_of(name or next(iter(MODELS)))).print_help()
         raise SystemExit(0)

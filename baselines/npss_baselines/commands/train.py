@@ -32,6 +32,13 @@ def run(options: argparse.Namespace) -> None:
 
         train_manifold.run(options.arguments[1:])
         return
+    from npss_baselines.fitted import FITTED
+
+    if options.arguments[:1] and options.arguments[0] in FITTED:
+        from npss_baselines.commands import train_fitted
+
+        train_fitted.run(options.arguments[0], options.arguments[1:])
+        return
     from npss_baselines.commands import arguments
     from npss_baselines.runs import config, launch, weights
     from npss_baselines.training import trainer, validation

@@ -20,6 +20,7 @@ from npss.plugins import require
 from npss.validation import each, one_of, positive_integer, positive_number
 from npss_baselines.data import SOURCES, PoseSource, pose_sources
 from npss_baselines.data.windows import checked_seed
+from npss_baselines.fitted import FITTED
 from npss_baselines.models import MODELS
 from npss_baselines.models.recipe import Recipe
 
@@ -236,7 +237,8 @@ def parser_of(name: str) -> jsonargparse.ArgumentParser:
         prog="npss-baselines train",
         usage="npss-baselines train [MODEL] --out RUN [--config FILE] [OPTION ...]",
         description=f"Train a model: {', '.join(MODELS)}. The --model options below are those of {name}; to see "
-        "those of another model, name it before --help.",
+        f"those of another model, name it before --help. Or fit a predictor in minutes: {', '.join(FITTED)}; name it "
+        "before --help, too.",
         exit_on_error=False,
         allow_abbrev=False,
         parser_mode="json",

@@ -12,8 +12,9 @@ from npss.protocol import COLUMNS, POSE, Normalization
 from npss.validation import Seed, renamed
 from npss_baselines.models import MODELS
 from npss_baselines.models.base import MotionModel
-from npss_baselines.runs import config, weights
+from npss_baselines.runs import config, fitted, weights
 from npss_baselines.runs.config import Configuration
+from npss_baselines.runs.fitted import FittedPredictor, FittedRun
 from npss_baselines.runs.predictor import ModelPredictor
 
 _PART = "model"  # of the file of weights
@@ -60,7 +61,7 @@ class Run:
 
 
 @renamed(rng="seed")
-def predictor_of(path: Path, action: str, *, seed: Seed) -> ModelPredictor:
+def predictor_of(path: Path, action: str, *, seed: Seed) -> ModelPredictor | FittedPredictor:
     """Return the predictor of a run: `load`, then `Run.predictor`.
 
     Parameters
@@ -81,7 +82,7 @@ def save(folder: Path, model: MotionModel, normalization: Normalization, measure
     weights.save(folder, _PART, model, statistics, measured)
 
 
-def load(path: Path) -> Run:
+def load(path: Path) -> Run | FittedRun:
     """Read a run, without running code.
 
     Parameters
@@ -91,15 +92,18 @@ def load(path: Path) -> Run:
 
     Returns
     -------
-    Run
-        On the CPU, in evaluation mode.
+    Run or FittedRun
+        A model, on the CPU, in evaluation mode; or a fitted predictor.
 
     Raises
     ------
     FileNotFoundError, ValueError
         If a file is missing, broken or does not match the other; names it.
     """
-    configuration = config.read(config.file_in(path))
+    file = config.file_in(path)
+    if fitted.is_fitted(file):
+        return fitted.load(path)
+    configuration = config.read(file)
     with torch.random.fork_rng(devices=[]):  # initial weights are drawn, then replaced
         model = MODELS[configuration.name].build(configuration.model, len(configuration.actions))
     shapes = {"mean": (POSE,), "std": (POSE,)}
