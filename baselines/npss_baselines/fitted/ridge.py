@@ -85,7 +85,8 @@ class Ridge(Fitted):
         y = (_features(seed, self.settings) - self._read[action]) @ self._weights[action] + self._predicted[action]
         coefficients = y.reshape(len(seed), self.settings.target_coefficients, D)
         basis = cosines(N_TARGET, self.settings.target_coefficients)
-        return seed[:, -1:] + np.einsum("kt,nkd->ntd", basis, coefficients)
+        target: Float64 = seed[:, -1:] + np.einsum("kt,nkd->ntd", basis, coefficients)
+        return target
 
 
 def _features(seed: Float64, settings: RidgeSettings) -> Float64:
@@ -97,4 +98,5 @@ def _features(seed: Float64, settings: RidgeSettings) -> Float64:
 
 def _transform(frames: Float64, n: int) -> Float64:
     """Return the first coefficients (N, n, D) of the cosine transform over the frames (N, T, D)."""
-    return np.einsum("kt,ntd->nkd", cosines(frames.shape[1], n), frames, optimize=True)
+    coefficients: Float64 = np.einsum("kt,ntd->nkd", cosines(frames.shape[1], n), frames, optimize=True)
+    return coefficients

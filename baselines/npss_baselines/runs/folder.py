@@ -10,11 +10,12 @@ import torch
 
 from npss.protocol import COLUMNS, POSE, Normalization
 from npss.validation import Seed, renamed
+from npss_baselines.fitted.base import FittedPredictor
 from npss_baselines.models import MODELS
 from npss_baselines.models.base import MotionModel
 from npss_baselines.runs import config, fitted, weights
 from npss_baselines.runs.config import Configuration
-from npss_baselines.runs.fitted import FittedPredictor, FittedRun
+from npss_baselines.runs.fitted import FittedRun
 from npss_baselines.runs.predictor import ModelPredictor
 
 _PART = "model"  # of the file of weights
