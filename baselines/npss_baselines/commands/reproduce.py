@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from filelock import FileLock, Timeout
 
@@ -15,12 +15,16 @@ from npss.console import duration, table
 from npss.plugins import with_plugins
 from npss.validation import positive_integer
 from npss_baselines.commands.sources import add_pose_source, pose_source_of
-from npss_baselines.reproduction import processes
-from npss_baselines.reproduction.job import Place, work
-from npss_baselines.reproduction.plan import BUDGETS, Planned, read_plan
+from npss_baselines.reproduction import BUDGETS
+
+if TYPE_CHECKING:
+    from npss_baselines.reproduction.job import Place
+    from npss_baselines.reproduction.plan import Planned
 
 #: The file that the process of the command locks.
 LOCK = ".lock"
+#: The file of a run's output.
+LOG = "log.txt"
 
 _DESCRIPTION = """\
 Train and measure the models of the reference numbers, from raw files to tables, by a plan: in order of worth, one
@@ -66,38 +70,57 @@ def run(options: argparse.Namespace) -> None:
     """Run the plan; or one run of it, in this process."""
     if options.out is None:
         raise ValueError("--out DIR is required: the folder of the results")
+    # Imported here: other commands need no torch.
+    from npss_baselines.reproduction.job import Place, work
+    from npss_baselines.reproduction.plan import read_plan
+    from npss_baselines.runs import launch
+
     trial = options.budget == BUDGETS[0]
     source, folder = pose_source_of(options, "synthetic" if trial else None)
     place = Place(source, folder, options.out / "trial" if trial else options.out, trial)
     runs = read_plan(options.plan).runs(source, budget=options.budget, only=options.only)
-    if options.run_name is not None:
-        work(next(planned for planned in runs if planned.name == options.run_name), place)
-        return
     if options.list:
         print(_listed(runs, place))
         return
+    folders = [place.run(planned) for planned in runs]
+    with launch.explain_resuming(folders, _arguments(place, options)):
+        if options.run_name is not None:
+            work(next(planned for planned in runs if planned.name == options.run_name), place)
+        else:
+            _run_all(runs, place, options)
+
+
+def _run_all(runs: Sequence[Planned], place: Place, options: argparse.Namespace) -> None:
+    """Run what is left of the plan, each run in its process."""
+    from npss_baselines.reproduction import processes
+
     left = [planned for planned in runs if not place.record(planned).exists()]
-    workers = min(positive_integer("workers", options.workers or processes.cores()), max(1, len(left)))
-    minutes = sum(planned.row.minutes for planned in left)
-    print(
-        f"{len(runs)} runs, {len(runs) - len(left)} done; about {duration(60 * minutes / workers)} for the others, "
-        f"{workers} at once",
-        file=sys.stderr,
-        flush=True,
-    )
+    available = processes.cores() if options.workers is None else positive_integer("--workers", options.workers)
+    workers = max(1, min(available, len(left)))
+    time = duration(60 * sum(planned.row.minutes for planned in left) / workers)
+    _say(f"{len(runs)} runs, {len(runs) - len(left)} done; about {time} for the others, {workers} at once")
+    jobs = [
+        processes.Job(planned.name, _command(planned, place, options), place.run(planned) / LOG, planned.row.minutes)
+        for planned in left
+    ]
     with _locked(place.out):
-        failed = processes.run([_job(planned, place, options) for planned in left], workers=workers, say=_say)
+        failed = processes.run(jobs, workers=workers, say=_say)
     if failed:
         raise ValueError(f"{len(failed)} of {len(runs)} runs failed: {', '.join(job.name for job in failed)}")
 
 
-def _job(planned: Planned, place: Place, options: argparse.Namespace) -> processes.Job:
-    """Return the process of a run: this command, with its name."""
+def _arguments(place: Place, options: argparse.Namespace) -> list[str]:
+    """Return the arguments that run the same plan."""
     source = [f"--{place.source.option}", *([] if place.source.generated else [str(place.folder)])]
     plan = [] if options.plan is None else ["--plan", str(options.plan)]
-    arguments = ["reproduce", *source, "--out", str(options.out), "--budget", options.budget, *plan]
-    command = [sys.executable, "-m", "npss_baselines", *with_plugins([*arguments, "--run-name", planned.name])]
-    return processes.Job(planned.name, command, place.run(planned) / "log.txt", planned.row.minutes)
+    only = ["--only", *options.only] if options.only else []
+    return ["reproduce", *source, "--out", str(options.out), "--budget", options.budget, *plan, *only]
+
+
+def _command(planned: Planned, place: Place, options: argparse.Namespace) -> list[str]:
+    """Return the command of a run's process: this command, with the run's name."""
+    arguments = with_plugins([*_arguments(place, options), "--run-name", planned.name])
+    return [sys.executable, "-m", "npss_baselines", *arguments]
 
 
 def _listed(runs: Sequence[Planned], place: Place) -> str:

@@ -9,19 +9,23 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import torch
 
 import npss
 from npss.files import parse_json, read_text, write_text_atomically
 from npss.predictors import PREDICTORS, Predictor
 from npss_baselines.data import PoseSource
+from npss_baselines.data.windows import digest
+from npss_baselines.fitted import FITTED
+from npss_baselines.models import MODELS
 from npss_baselines.reproduction.measure import measure
 from npss_baselines.reproduction.plan import Planned
-
-if TYPE_CHECKING:
-    from npss_baselines.runs.config import Configuration
+from npss_baselines.runs import config, fitted, folder, launch
+from npss_baselines.runs.config import Configuration
+from npss_baselines.training import trainer
 
 #: Fields of a record that the training leaves in the folder of the run, so that measuring can be repeated.
 TRAINED = "trained.json"
@@ -97,8 +101,6 @@ def _predictor(planned: Planned, place: Place) -> tuple[Callable[[str], Predicto
     """Return the predictor of each action, and what a record says about its training."""
     if planned.row.model in PREDICTORS:
         return lambda action: PREDICTORS[planned.row.model], {}
-    from npss_baselines.runs import folder  # imports torch, which predictors do not need
-
     run = place.run(planned)
     if not (run / TRAINED).exists():
         _train(planned, place, run)
@@ -107,36 +109,43 @@ def _predictor(planned: Planned, place: Place) -> tuple[Callable[[str], Predicto
 
 
 def _train(planned: Planned, place: Place, run: Path) -> None:
-    """Train the model of a run, from its checkpoint if it has one."""
-    import torch
+    """Train the model of a run, from its checkpoint if it has one; or fit the predictor."""
+    with _timed(run / SECONDS), launch.exclusive_folders(run, [run], launch.existing_runs([run])):
+        trained = _fit(planned, place, run) if planned.row.model in FITTED else _train_model(planned, place, run)
+    trained["seconds"] = int(read_text(run / SECONDS))
+    trained["trained_with"] = {**versions(), "torch": str(torch.__version__), "threads": torch.get_num_threads()}
+    write_text_atomically(run / TRAINED, json.dumps(trained) + "\n")
 
-    from npss_baselines.data.windows import digest
-    from npss_baselines.runs import config, launch
-    from npss_baselines.training import trainer
 
+def _fit(planned: Planned, place: Place, run: Path) -> dict[str, Any]:
+    """Fit a predictor; return what the record says about it."""
+    of_run = fitted.fit(
+        planned.row.model,
+        place.source,
+        place.folder,
+        planned.actions,
+        subjects=planned.subjects or None,
+        seed=planned.seed,
+        cache=place.cache,
+    )
+    of_run.save(run)
+    return {"configuration": asdict(of_run.configuration)}
+
+
+def _train_model(planned: Planned, place: Place, run: Path) -> dict[str, Any]:
+    """Train a model; return what the record says about it."""
     configuration = configuration_of(planned, place.source)
     training_set = place.source.training_set(
         place.folder, configuration.actions, subjects=configuration.subjects, cache=place.cache
     )
     tasks = place.source.validation_tasks(place.folder, configuration.validate_on, cache=place.cache)
-    with _timed(run / SECONDS), launch.exclusive_folders(run, [run], launch.existing_runs([run])):
-        config.write(run / config.FILE, configuration, "cpu", {}, config.plugins_of(configuration))
-        rows = trainer.train(configuration, training_set, tasks, run)
-    trained = {
-        "configuration": asdict(configuration),
-        "motion": digest(training_set),
-        "validation": rows,
-        "seconds": int(read_text(run / SECONDS)),
-        "trained_with": {**versions(), "torch": str(torch.__version__), "threads": torch.get_num_threads()},
-    }
-    write_text_atomically(run / TRAINED, json.dumps(trained) + "\n")
+    config.write(run / config.FILE, configuration, "cpu", {}, config.plugins_of(configuration))
+    rows = trainer.train(configuration, training_set, tasks, run)
+    return {"configuration": asdict(configuration), "motion": digest(training_set), "validation": rows}
 
 
 def configuration_of(planned: Planned, source: PoseSource) -> Configuration:
     """Return the configuration of a run: the model's own recipe, scaled, and the settings of the plan."""
-    from npss_baselines.models import MODELS
-    from npss_baselines.runs.config import Configuration
-
     row, spec = planned.row, MODELS[planned.row.model]
     recipe = spec.recipe if row.iterations is None else spec.recipe.compressed(row.iterations)
     settings = {name: value for name, value in row.settings.items() if name not in ("recipe", "model")}
@@ -161,7 +170,7 @@ def configuration_of(planned: Planned, source: PoseSource) -> Configuration:
 
 @contextmanager
 def _timed(file: Path) -> Iterator[None]:
-    """Add the seconds that a block takes to those in a file."""
+    """Add the seconds that a block takes to those in a file, if its folder is there in the end."""
     began, before = time.monotonic(), float(read_text(file)) if file.exists() else 0.0
     try:
         yield

@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from npss.files import doing, read_text
+from npss.predictors import PREDICTORS
 from npss.validation import one_of
 from npss_baselines.data import PoseSource
 from npss_baselines.data.windows import checked_seed
+from npss_baselines.fitted import FITTED
+from npss_baselines.models import MODELS
+from npss_baselines.reproduction import BUDGETS
 
-#: How much of the plan to run. Minutes: every step on little, for a trial. Hours: one seed of each model.
-BUDGETS = ("minutes", "hours", "full")
 #: Iterations and batch size of a trial.
 TRIAL = {"iterations": 3, "batch": 4}
 
@@ -187,6 +189,7 @@ def read_plan(path: Path | None = None) -> Plan:
 
 def _plan(values: Mapping[str, Any]) -> Plan:
     _keys("", values, {"recipes", "rows", "order"}, {"subjects"})
+    models = (*PREDICTORS, *FITTED, *MODELS)
     recipes, rows = values["recipes"], {}
     for name, recipe in recipes.items():
         _keys(f"recipes.{name}: ", recipe, {"what"}, {"settings"})
@@ -194,9 +197,12 @@ def _plan(values: Mapping[str, Any]) -> Plan:
         where = f"rows.{name}: "
         _keys(where, row, {"model", "recipe", "tables"}, {"iterations", "settings", "minutes"})
         one_of(f"{where}recipe", row["recipe"], tuple(recipes))
+        one_of(f"{where}model", row["model"], models)
         settings = _merged(recipes[row["recipe"]].get("settings", {}), row.get("settings", {}))
         rows[name] = Row(name, **{**row, "tables": tuple(row["tables"]), "settings": settings})
     order = []
+    if not isinstance(values["order"], list):
+        raise TypeError(f"order: expected a list of tables, [[order]], got {values['order']!r:.100}")
     for i, group in enumerate(values["order"]):
         where = f"order[{i}]: "
         _keys(where, group, {"rows", "actions", "seeds", "budget", "why"}, {"together"})

@@ -1,0 +1,158 @@
+"""The command reproduce: from a plan to records, which are never computed twice."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from filelock import FileLock
+
+from npss_baselines.__main__ import main
+from npss_baselines.data import pose_sources
+from npss_baselines.reproduction import job
+from npss_baselines.reproduction.plan import read_plan
+
+SYNTHETIC = pose_sources()["synthetic"]
+PLAN = """
+[recipes.untrained]
+what = "not trained"
+[recipes.ours]
+what = "Adam"
+settings.select = "last"
+settings.recipe = {{ optimizer = "adam", batch = 2, n_seed = 3, n_target = 4 }}
+[rows.still]
+model = "zero-velocity"
+recipe = "untrained"
+tables = ["table-4"]
+[rows.tiny]
+model = "gru-d"
+recipe = "ours"
+iterations = {iterations}
+tables = ["table-4"]
+settings.model.size = 4
+[[order]]
+why = "a test"
+rows = ["still", "tiny"]
+actions = ["gait"]
+seeds = [0]
+budget = "hours"
+"""
+
+
+@pytest.fixture
+def plan(tmp_path):
+    file = tmp_path / "plan.toml"
+    file.write_text(PLAN.format(iterations=2), encoding="utf-8")
+    return file
+
+
+def reproduce(tmp_path, plan, *options):
+    arguments = ["reproduce", "--synthetic", "--out", tmp_path / "out", "--plan", plan, *options]
+    return main([str(argument) for argument in arguments])
+
+
+def record_of(tmp_path, name):
+    return json.loads((tmp_path / "out" / "records" / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def test_a_plan_becomes_records_once(tmp_path, plan, capsys):
+    assert reproduce(tmp_path, plan) == 0
+    records = {path: path.read_bytes() for path in (tmp_path / "out" / "records").rglob("*.json")}
+    assert len(records) == 2
+    still, tiny = (record_of(tmp_path, f"{row}/gait-seed-0") for row in ("still", "tiny"))
+    assert [one["model"] for one in still["measured"]] == ["still", "still"]
+    assert ["unwrap:target" in one["signature"] for one in still["measured"]] == [False, True]
+    assert set(still["measured"][0]["npss"]) == {"paper", "released", "literal"}
+    assert tiny["configuration"]["recipe"]["iterations"] == 2
+    assert tiny["configuration"]["model"]["size"] == 4
+    assert tiny["trained_with"]["threads"] == 1
+    assert tiny["seconds"] >= 0
+    assert tiny["why"] == "a test"
+    capsys.readouterr()
+    assert reproduce(tmp_path, plan) == 0
+    assert "2 runs, 2 done" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in (tmp_path / "out" / "records").rglob("*.json")} == records
+    # Without its record, a trained model is measured again, and not trained again.
+    file = tmp_path / "out" / "records" / "tiny" / "gait-seed-0.json"
+    weights = tmp_path / "out" / "runs" / "tiny" / "gait-seed-0" / "model.safetensors"
+    before, stored = weights.stat().st_mtime_ns, file.read_text(encoding="utf-8")
+    file.unlink()
+    assert reproduce(tmp_path, plan) == 0
+    assert weights.stat().st_mtime_ns == before
+    assert file.read_text(encoding="utf-8") == stored
+
+
+def test_list_runs_nothing(tmp_path, plan, capsys):
+    assert reproduce(tmp_path, plan, "--list") == 0
+    out = capsys.readouterr().out
+    assert "still/gait-seed-0" in out
+    assert "a test" in out
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_was_cut_off_is_resumed_to_the_same_numbers(tmp_path):
+    plan = tmp_path / "plan.toml"
+    plan.write_text(PLAN.format(iterations=300), encoding="utf-8")
+    command = [sys.executable, "-m", "npss_baselines", "reproduce", "--synthetic", "--plan", str(plan), "--out"]
+    process = subprocess.Popen([*command, str(tmp_path / "out")])
+    run = tmp_path / "out" / "runs" / "tiny" / "gait-seed-0"
+    while not (run / "last.ckpt").exists():
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(signal.SIGTERM)
+    assert process.wait() == 128 + signal.SIGTERM
+    assert not (run / job.TRAINED).exists()
+    assert reproduce(tmp_path, plan) == 0
+    assert (
+        main(["reproduce", "--synthetic", "--plan", str(plan), "--out", str(tmp_path / "whole"), "--only", "tiny"]) == 0
+    )
+    whole = json.loads((tmp_path / "whole" / "records" / "tiny" / "gait-seed-0.json").read_text(encoding="utf-8"))
+    resumed = record_of(tmp_path, "tiny/gait-seed-0")
+    assert resumed["validation"] == whole["validation"]
+    assert resumed["measured"] == whole["measured"]
+
+
+def test_failures_are_listed_and_leave_the_others_alone(tmp_path, plan, capsys):
+    text = plan.read_text(encoding="utf-8")
+    plan.write_text(text.replace("batch = 2", "batch = 2, lr = 1e30"), encoding="utf-8")
+    assert reproduce(tmp_path, plan) == 2
+    error = capsys.readouterr().err
+    assert "1 of 2 runs failed: tiny/gait-seed-0" in error
+    assert "log.txt" in error
+    assert "diverge" in (tmp_path / "out" / "runs" / "tiny" / "gait-seed-0" / "log.txt").read_text(encoding="utf-8")
+    record_of(tmp_path, "still/gait-seed-0")
+
+
+def test_one_command_at_a_time(tmp_path, plan, capsys):
+    (tmp_path / "out").mkdir()
+    with FileLock(tmp_path / "out" / ".lock"):
+        assert reproduce(tmp_path, plan) == 2
+    assert "another process is reproducing" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--only", "table-9"], "only"),
+        (["--workers", "0"], "workers"),
+    ],
+)
+def test_bad_options_are_refused(tmp_path, plan, capsys, options, message):
+    assert reproduce(tmp_path, plan, *options) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_folder_is_required(capsys):
+    assert main(["reproduce", "--synthetic"]) == 2
+    assert "--out DIR is required" in capsys.readouterr().err
+
+
+def test_the_trial_keeps_apart(tmp_path):
+    place = job.Place(SYNTHETIC, Path(), tmp_path / "trial", True)
+    run = read_plan().runs(SYNTHETIC, budget="minutes")
+    assert run
+    assert all(place.record(one).is_relative_to(tmp_path / "trial") for one in run)
