@@ -46,6 +46,7 @@ GROUPS: dict[str, dict[str, str]] = {
             "metric/score metric/accumulator metric/frames metric/workers analysis/report"
         ),
         "_metric/metric.py _metric/registry.py": "metrics",
+        "_metric/speed.py": "metric/speed",
     },
     "rotations": {
         "rotations/_[!pu]*.py": (

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from npss._metric.euler_error import euler_error, euler_error_curve, mse
     from npss._metric.explain import explain
     from npss._metric.signature import METRIC_VERSION, parse_signature, signature
+    from npss._metric.speed import speed_ratio
     from npss.ranking._frame import Leaderboard
     from npss.ranking._leaderboard import leaderboard
     from npss.rotations._poses import poses_to_euler
@@ -66,6 +67,7 @@ __all__ = [
     "score_windows",
     "signature",
     "skeleton",
+    "speed_ratio",
     "study",
     "unwrap",
 ]
@@ -100,6 +102,7 @@ _LAZY = {
     "rotations": "npss.rotations",
     "signature": "npss._metric.signature",
     "skeleton": "npss.skeleton",
+    "speed_ratio": "npss._metric.speed",
     "study": "npss.study",
     "unwrap": "npss.rotations._unwrap",
 }

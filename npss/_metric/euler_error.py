@@ -160,7 +160,7 @@ def mse(gt: npt.ArrayLike, pred: npt.ArrayLike) -> float:
     truth, prediction = motion_pair(gt, pred)
     total = 0
     with np.errstate(all="ignore"):
-        for _, first, second in _blocks(truth, prediction):
+        for _, first, second in pair_blocks(truth, prediction):
             squares, shift = float(np.square(first - second).sum()), 0
             if not 1e-280 < squares < math.inf:
                 first, second, shift = _scaled(first, second, truth, prediction)
@@ -186,7 +186,7 @@ def moving_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array, n
     Also return the mask of still sequences, ``(N,)``. If all are still, keep them.
     """
     truth, prediction = motion_pair(gt, pred)
-    still = np.concatenate([~_moving(first).any(axis=1) for _, first, _ in _blocks(truth, truth)])
+    still = np.concatenate([~moving(first).any(axis=1) for _, first, _ in pair_blocks(truth, truth)])
     if still.any():  # NaN counts as still, too
         check_finite("gt", truth)
         check_finite("pred", prediction)
@@ -213,12 +213,12 @@ def _check_range(errors: Float64) -> None:
 def _errors(gt: Array, pred: Array, columns: Columns) -> Iterator[Float64]:
     """Yield the errors ``(n, T)`` of one block of sequences after another; infinite where beyond float64."""
     one_of("columns", columns, get_args(Columns))
-    for top, first, second in _blocks(gt, pred):
+    for top, first, second in pair_blocks(gt, pred):
         with np.errstate(all="ignore"):
             if columns == "all":
                 moves = np.ones((len(first), first.shape[2]), bool)
             else:
-                moves = _moving(first if columns == "gt" else second)
+                moves = moving(first if columns == "gt" else second)
             errors = _norms(first, second, moves)
             if not np.isfinite(errors).all():
                 first, second, shift = _scaled(first, second, gt, pred)
@@ -247,7 +247,7 @@ def _norms(first: Float64, second: Float64, moves: npt.NDArray[np.bool_]) -> Flo
     return norms
 
 
-def _moving(motion: Float64) -> npt.NDArray[np.bool_]:
+def moving(motion: Float64) -> npt.NDArray[np.bool_]:
     """Return where the standard deviation over the frames exceeds `MOVES`, ``(n, D)``.
 
     It lies between range / sqrt(2 T) and range / 2, so most features are decided by their range.
@@ -260,7 +260,7 @@ def _moving(motion: Float64) -> npt.NDArray[np.bool_]:
     return moves
 
 
-def _blocks(gt: Array, pred: Array) -> Iterator[tuple[int, Float64, Float64]]:
+def pair_blocks(gt: Array, pred: Array) -> Iterator[tuple[int, Float64, Float64]]:
     """Yield the index of a block's first sequence and both blocks ``(n, T, D)``, as float64; never write to them."""
     truths, predictions = (gt, pred) if gt.ndim == 3 else (gt[np.newaxis], pred[np.newaxis])
     height = max(1, _BLOCK // (truths.shape[1] * truths.shape[2]))

@@ -281,5 +281,5 @@ def test_still_sequences_are_dropped_unless_all_are_still(still):
 
 def test_small_sequences_share_a_block():
     gt = np.broadcast_to(0.0, (400, 100, 99))
-    assert len(list(_euler_error._blocks(gt, gt))) == 67  # 6 sequences are 2**16 values
-    assert len(list(_euler_error._blocks(gt[:2, :, :1], gt[:2, :, :1]))) == 1
+    assert len(list(_euler_error.pair_blocks(gt, gt))) == 67  # 6 sequences are 2**16 values
+    assert len(list(_euler_error.pair_blocks(gt[:2, :, :1], gt[:2, :, :1]))) == 1
