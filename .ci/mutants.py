@@ -40,12 +40,13 @@ ROOT = Path(__file__).resolve().parent.parent
 GROUPS: dict[str, dict[str, str]] = {
     "metric": {
         "_metric/convention.py _metric/exact_sum.py _metric/kernel.py _metric/power.py": (
-            "metric/score metric/exact_sum metric/kernel"
+            "metric/score metric/exact_sum metric/kernel metric/parts"
         ),
         "_metric/accumulator.py _metric/contributions.py _metric/frames.py _metric/score.py": (
             "metric/score metric/accumulator metric/frames metric/workers analysis/report"
         ),
         "_metric/metric.py _metric/registry.py": "metrics",
+        "_metric/parts.py _analysis/pitfalls/parts.py": "metric/parts analysis/diagnose analysis/report",
         "_metric/speed.py": "metric/speed",
     },
     "rotations": {

@@ -90,7 +90,7 @@ def real(clips, sets):
             coverages = []
             for windows, labels in motions.values():
                 seed, target = windows[:, :N_SEED], windows[:, N_SEED:]
-                _, emd, weight = contributions(target, predictor(seed, overlap.N_TARGET), CONVENTIONS[convention])
+                _, emd, weight, *_ = contributions(target, predictor(seed, overlap.N_TARGET), CONVENTIONS[convention])
                 blocks = Blocks(labels, weight.sum(axis=1))
                 parts = [blocks.sums(values.sum(axis=1)) for values in (emd * weight, weight)]
                 coverages.append([coverage(*parts, n, sets) for n in N_BLOCKS])

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from npss._metric.accumulator import Accumulator
     from npss._metric.euler_error import euler_error, euler_error_curve, mse
     from npss._metric.explain import explain
+    from npss._metric.parts import Parts
     from npss._metric.signature import METRIC_VERSION, parse_signature, signature
     from npss._metric.speed import speed_ratio
     from npss.ranking._frame import Leaderboard
@@ -44,6 +45,7 @@ __all__ = [
     "Finding",
     "Interval",
     "Leaderboard",
+    "Parts",
     "Range",
     "Report",
     "__version__",
@@ -82,6 +84,7 @@ _LAZY = {
     "Interval": "npss._analysis.interval",
     "Leaderboard": "npss.ranking._frame",
     "METRIC_VERSION": "npss._metric.signature",
+    "Parts": "npss._metric.parts",
     "Range": "npss._analysis.interval",
     "Report": "npss._analysis.report",
     "compare": "npss._analysis.compare",

@@ -14,6 +14,7 @@ from npss._analysis.interval import Interval, Range, interval, method
 from npss._metric.contributions import contributions
 from npss._metric.convention import Convention, ConventionName, as_convention
 from npss._metric.fields import Value
+from npss._metric.parts import Parts, parts_of
 from npss._metric.registry import NPSS
 from npss._metric.signature import signature, stated_with
 from npss.console._tables import table
@@ -22,7 +23,7 @@ from npss.validation import Float64, Seed, each, motion_pair, positive_number
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Report:
-    """NPSS of a set of motions and its parts, from `npss.report`; ``float(report)`` is the score.
+    """NPSS of a set of motions and what it is made of, from `npss.report`; ``float(report)`` is the score.
 
     Attributes
     ----------
@@ -34,6 +35,10 @@ class Report:
         The distance of each feature of each sequence; 0 where the weight is 0. Read-only.
     weight : (N, D) ndarray of float64
         The weights, in the squared unit of the ground truth. Read-only.
+    form : (N, D) ndarray of float64
+        The distance that would be left with the true share of DC: see `Parts`. Read-only.
+    share_floor : (N, D) ndarray of float64, or None
+        The least distance of any prediction with the same share of DC. Read-only. None for a one-sided convention.
     feature_names : tuple of str
         Names of the D features.
     fingerprint : (N, 9) ndarray of float64
@@ -47,6 +52,8 @@ class Report:
     signature: str
     emd: Float64
     weight: Float64
+    form: Float64
+    share_floor: Float64 | None
     feature_names: tuple[str, ...]
     fingerprint: Float64
     groups: Groups = None
@@ -54,6 +61,11 @@ class Report:
     def __float__(self) -> float:
         """Return the score."""
         return self.score
+
+    @property
+    def parts(self) -> Parts:
+        """What the score is made of: the form of the spectra, and the shares of DC in their power."""
+        return parts_of(self.score, self.weight, self.form, self.share_floor, float(self.weight.sum()))
 
     @property
     def per_sequence(self) -> Float64:
@@ -79,6 +91,20 @@ class Report:
             joint = joint_of(name)
             shares[joint] = shares.get(joint, 0.0) + float(part) / total
         return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+    @property
+    def joint_parts(self) -> dict[str, Parts]:
+        """The parts of what each joint adds to the score, in the order of `joint_share`; they sum to `parts`."""
+        joints = np.array([joint_of(name) for name in self.feature_names], dtype=object)
+        total = float(self.weight.sum())
+
+        def of(joint: str) -> Parts:
+            columns = np.s_[:, joints == joint]
+            weight, floor = self.weight[columns], self.share_floor
+            score = float((weight * self.emd[columns]).sum() / total)
+            return parts_of(score, weight, self.form[columns], None if floor is None else floor[columns], total)
+
+        return {joint: of(joint) for joint in self.joint_share}
 
     @property
     def score_in_blocks(self) -> float:
@@ -132,6 +158,7 @@ class Report:
         inside = f"; in blocks {self.score_in_blocks:.4f}" if blocks.left_out else ""
         lines = [
             f"{NPSS.heading} {self.score:.4f}{inside}, {low:.4f} to {high:.4f} ({method(blocks)})",
+            f"  {self.parts}",
             f"  {self.signature}",
             f"  {blocks}",
             f"  {INFERRED}",
@@ -159,7 +186,7 @@ def report(
     extra: Mapping[str, Value] | None = None,
     **context: Value,
 ) -> Report:
-    """Score a prediction, with the shares of sequences and joints and the uncertainty of the score.
+    """Score a prediction, with what the score is made of, the shares of sequences and joints, and its uncertainty.
 
     Parameters
     ----------
@@ -185,7 +212,8 @@ def report(
     Returns
     -------
     Report
-        The report. ``print(report)`` shows the score, its interval, and the shares of joints and sequences.
+        The report. ``print(report)`` shows the score, its interval, its parts, and the shares of joints and
+        sequences.
 
     Raises
     ------
@@ -214,6 +242,8 @@ def report(
     True
     >>> {joint: round(share, 2) for joint, share in report.joint_share.items()}
     {'knee': 0.51, 'hip': 0.49}
+    >>> print(report.parts)
+    form 0.5889, share of DC +7.7921; with these shares the lowest score is 8.1648
     >>> report.interval()._asdict() == {"low": report.per_sequence.min(), "high": report.per_sequence.max()}
     True
     >>> type(report.interval()).__name__  # eight blocks: each sequence is its own
@@ -235,14 +265,18 @@ def report(
         fields["fps"] = positive_number("fps", fps)
     meaning = signature(chosen, **fields)
     labels = read_groups("groups", groups, len(truth) if truth.ndim == 3 else 1)
-    score, emd, weight = contributions(truth, prediction, chosen)
+    score, emd, weight, form, floor = contributions(truth, prediction, chosen)
     Blocks(labels, weight.sum(axis=1))  # checks that a block has power
-    emd.flags.writeable = weight.flags.writeable = False
+    for columns in (emd, weight, form, floor):
+        if columns is not None:
+            columns.flags.writeable = False
     return Report(
         score=score,
         signature=meaning,
         emd=emd,
         weight=weight,
+        form=form,
+        share_floor=floor,
         feature_names=tuple(names),
         fingerprint=fingerprint(truth),
         groups=labels,

@@ -1,4 +1,4 @@
-"""Compute a score together with its parts: the distance and weight of every feature of every sequence."""
+"""Compute a score together with what contributes to it: the statistics of every feature of every sequence."""
 
 from __future__ import annotations
 
@@ -9,20 +9,27 @@ import numpy as np
 
 from npss._metric.convention import Convention
 from npss._metric.kernel import Tile
+from npss._metric.parts import Parts, parts_of
 from npss._metric.score import quotient, weighted_sums
 from npss.validation import Array, Float64
 
 
 class Contributions(NamedTuple):
-    """The NPSS of a set of motions and its parts."""
+    """The NPSS of a set of motions, and of every feature of every sequence."""
 
     score: float  # as `npss.score` returns it
     emd: Float64  # (N, D); 0 where the weight is 0
     weight: Float64  # (N, D)
+    form: Float64  # (N, D); the part of `emd` that is left with the true shares of DC
+    floor: Float64 | None  # (N, D); the least `emd` with these shares of DC; None for one-sided conventions
 
     def by_sequence(self) -> tuple[Float64, Float64]:
         """Return each sequence's share of the score's numerator and denominator, both ``(N,)``."""
         return (self.weight * self.emd).sum(axis=1), self.weight.sum(axis=1)
+
+    def parts(self) -> Parts:
+        """Return what the score is made of."""
+        return parts_of(self.score, self.weight, self.form, self.floor, float(self.weight.sum()))
 
 
 def contributions(
@@ -33,7 +40,7 @@ def contributions(
     workers: int = 1,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Contributions:
-    """Score a set of motions and keep the distance and weight of every feature of every sequence.
+    """Score a set of motions and keep the statistics of every feature of every sequence.
 
     Raises
     ------
@@ -41,17 +48,20 @@ def contributions(
         As for `npss.score`, or if the weights leave the range of float64.
     """
     shape = (len(gt) if gt.ndim == 3 else 1, gt.shape[-1])
-    emd, weight = np.empty(shape), np.empty(shape)
+    emd, weight, form, floor = (np.empty(shape) for _ in range(4))
 
     def keep(part: Tile) -> None:
         block = part.sequences, part.features
         emd[block] = part.distance
+        assert part.parts is not None
+        form[block], floor[block] = part.parts
         with np.errstate(over="ignore", under="ignore"):
             weight[block] = part.weight if part.exponent is None else np.ldexp(part.weight, part.exponent)
 
-    score = quotient(*weighted_sums(gt, pred, convention, workers=workers, progress=progress, keep=keep))
+    score = quotient(*weighted_sums(gt, pred, convention, workers=workers, progress=progress, keep=keep, parts=True))
     with np.errstate(over="ignore"):
         total = float(weight.sum())
     if not 1e-280 < total < 1e290:  # keeps sums of weighted distances in range, and their bits
         raise ValueError("gt: its power is beyond float64; scale it (a power of two keeps every bit of the score)")
-    return Contributions(score, np.where(weight > 0, emd, 0.0), weight)
+    emd, form, floor = (np.where(weight > 0, column, 0.0) for column in (emd, form, floor))
+    return Contributions(score, emd, weight, form, floor if convention.bins == "two-sided" else None)

@@ -18,6 +18,15 @@ Layout. Columns are side by side, in pieces that fit the processor's cache, and 
 columns at once. No step mixes columns, and each sums a column's bins in an order that is independent of its place. So
 the bits of its distance and weight depend only on its values, T and the convention.
 
+Form. Scale all bins of the prediction but DC by one factor, so that its share of DC is that of the ground truth. Then
+DC does not differ, and the other bins differ as the normalised spectra without DC do, times the ground truth's share of
+power outside DC. So the distance that is left is this share times the distance of the spectra whose DC is set to 0.
+
+The floor. In the sum above each of the T bins adds at least ``abs(d_0) / 2``, so a distance of two-sided cumulative
+distributions is at least T / 2 times the difference of the shares of DC. That of two spectra that sum to 1 is at least
+twice this difference, since the other bins differ by as much in total. Both are reached if the spectra outside DC have
+the same form.
+
 Range. Power is squared, so values beyond 1e150 would overflow and below 1e-150 underflow. Columns whose total power
 leaves a safe range are computed again after exact scaling by powers of two; the exponent of their power is returned
 separately.
@@ -39,6 +48,7 @@ _BLOCK = 2**20  # values of one array in one block: a thread's unit of work
 _BLOCK_COLUMNS = 2**15  # columns in one block, at most
 _MEMORY = 2**18  # working values: two megabytes, a processor core's cache
 _BUFFER = 1024  # numpy's buffer: at its default of 8192, broadcasting a row over a piece takes twice as long
+_NOTHING = 1e-20  # a share of the power that is rounding noise
 _SAFE = (1e-150, 1e150)  # total powers for which no relevant bin and no ratio over- or underflows
 
 #: Slices of sequences and features.
@@ -53,6 +63,14 @@ class Tile(NamedTuple):
     distance: Float64  # (n, d)
     weight: Float64  # (n, d); zero where the ground truth has no power
     exponent: Int64 | None  # (n, d); multiply the weight by 2**exponent
+    parts: PartsOfTile | None  # if asked for
+
+
+class PartsOfTile(NamedTuple):
+    """What the distances of a block are made of; see *Form* and *The floor*."""
+
+    form: Float64  # (n, d); the distance if the prediction had the ground truth's share of DC
+    floor: Float64  # (n, d); the least distance with these shares of DC, for two-sided conventions
 
 
 def blocks(motion: Array) -> list[Block]:
@@ -61,8 +79,8 @@ def blocks(motion: Array) -> list[Block]:
     return _cut(n_sequences, n_features, min(_BLOCK_COLUMNS, max(COLUMNS, _BLOCK // n_frames)))
 
 
-def tile(gt: Array, pred: Array, convention: Convention, block: Block) -> Tile:
-    """Compute the distances and weights of one block of two ``(N, T, D)`` or ``(T, D)`` arrays.
+def tile(gt: Array, pred: Array, convention: Convention, block: Block, *, parts: bool = False) -> Tile:
+    """Compute distances and weights, and perhaps parts, of one block of two ``(N, T, D)`` or ``(T, D)`` arrays.
 
     Raises
     ------
@@ -74,15 +92,17 @@ def tile(gt: Array, pred: Array, convention: Convention, block: Block) -> Tile:
     try:
         with np.errstate(all="ignore"):
             np.setbufsize(_BUFFER)  # errstate restores it
-            return Tile(rows, columns, *_statistics(gt_block, pred_block, convention))
+            return Tile(rows, columns, *_statistics(gt_block, pred_block, convention, parts))
     except _NotFiniteError:
         check_finite("gt", gt)
         check_finite("pred", pred)
         raise  # pragma: no cover - one of the two has raised
 
 
-def _statistics(gt: Array, pred: Array, convention: Convention) -> tuple[Float64, Float64, Int64 | None]:
-    """Return distance, weight and exponent of every column of two ``(n, T, d)`` arrays."""
+def _statistics(
+    gt: Array, pred: Array, convention: Convention, with_parts: bool
+) -> tuple[Float64, Float64, Int64 | None, PartsOfTile | None]:
+    """Return distance, weight, exponent and parts of every column of two ``(n, T, d)`` arrays."""
     n, n_frames, d = gt.shape
     spectrum = PowerSpectrum(n_frames, convention.power, twins=convention.bins == "two-sided")
     n_bins = spectrum.n_bins
@@ -91,6 +111,7 @@ def _statistics(gt: Array, pred: Array, convention: Convention) -> tuple[Float64
     memory = np.empty(height * width)  # one allocation, which the allocator reuses for the next block
     distance, weight = np.empty((2, n, d))
     exponent: Int64 | None = None
+    parts = PartsOfTile(*np.empty((2, n, d))) if with_parts else None
     for rows, columns in _cut(n, d, width):
         gt_piece, pred_piece = gt[rows, :, columns], pred[rows, :, columns]
         shape = gt_piece[:, 0].shape
@@ -99,14 +120,20 @@ def _statistics(gt: Array, pred: Array, convention: Convention) -> tuple[Float64
         gt_power, pred_power, scratch = arrays[:n_bins], arrays[n_bins : 2 * n_bins], arrays[2 * n_bins :]
         first = _spectra(gt_piece, spectrum, gt_power, scratch, convention)
         second = _spectra(pred_piece, spectrum, pred_power, scratch, convention)
-        distance[rows, columns] = _distances(first, second, n_frames, convention)[:size].reshape(shape)
+        kept = first.power.copy() if parts else first.power  # _distances overwrites the first power
+        distances = _distances(first, second, n_frames, convention)
+        distance[rows, columns] = distances[:size].reshape(shape)
+        if parts:
+            split = _parts(first._replace(power=kept), second, distances, n_frames, convention)
+            for whole, part in zip(parts, split, strict=True):
+                whole[rows, columns] = part[:size].reshape(shape)
         weight[rows, columns] = first.total[:size].reshape(shape)
         if first.exponent is not None:
             exponent = np.zeros((n, d), np.int64) if exponent is None else exponent
             exponent[rows, columns] = first.exponent.reshape(shape)
     if convention.weight == "uniform":
-        return distance, (weight > 0).astype(np.float64), None
-    return distance, weight, exponent
+        return distance, (weight > 0).astype(np.float64), None, parts
+    return distance, weight, exponent, parts
 
 
 def _cut(n_sequences: int, n_features: int, most: int) -> list[Block]:
@@ -181,3 +208,27 @@ def _distances(first: _Spectra, second: _Spectra, n_frames: int, convention: Con
             mirrored = (first.total > 0) == (second.total > 0)
             distance = np.where(mirrored, distance, (second.norm + at_dc) * (n_frames / 2))
     return np.divide(distance, second.norm, out=distance)
+
+
+def _parts(
+    first: _Spectra, second: _Spectra, distances: Float64, n_frames: int, convention: Convention
+) -> tuple[Float64, Float64]:
+    """Return form and floor of the distances, ``(m,)`` each; both powers are overwritten."""
+    truth, prediction = _without_dc(first), _without_dc(second)
+    # The shares of power outside DC: more precise than 1 minus the share of DC.
+    moving, predicted = truth.total / first.norm, prediction.total / second.norm
+    # A prediction without power outside DC has no form.
+    form = np.where(predicted > _NOTHING, moving * _distances(truth, prediction, n_frames, convention), 0.0)
+    floor = (n_frames / 2 if convention.distance == "cdf" else 2.0) * np.abs(moving - predicted)
+    if convention.zero == "empty":
+        floor = np.where(second.total > 0, floor, distances)  # an empty distribution has one distance only
+    return form, floor
+
+
+def _without_dc(spectra: _Spectra) -> _Spectra:
+    """Set DC to 0 and scale the rest, whose sum is the new total, to a sum of 1; the power is overwritten."""
+    power = spectra.power
+    power[0] = 0.0
+    total: Float64 = power.sum(axis=0)
+    power /= np.where(total > 0, total, 1.0)
+    return _Spectra(power, total, None, np.ones_like(total), empty=False)

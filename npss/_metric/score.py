@@ -162,10 +162,12 @@ def weighted_sums(
     where: str = "",
     progress: Callable[[float], None] = lambda share: None,
     keep: Callable[[Tile], None] = lambda part: None,
+    parts: bool = False,
 ) -> tuple[int, int]:
     """Return the exact sums of weight times distance and of the weights, in units of ``2**-UNIT``.
 
-    Call `keep` with the statistics of each block, from several threads if there are several.
+    Call `keep` with the statistics of each block, and their parts if asked for, from several threads if there are
+    several.
     """
     threads = n_workers(workers)
     if gt.shape[-2] < 2:
@@ -173,20 +175,20 @@ def weighted_sums(
     cut = blocks(gt)
 
     def sums(block: Block) -> tuple[int, int]:
-        part = tile(gt, pred, convention, block)
+        part = tile(gt, pred, convention, block, parts=parts)
         keep(part)
         return exact_sum(part.weight * part.distance, part.exponent), exact_sum(part.weight, part.exponent)
 
     numerator = denominator = 0
     with ExitStack() as stack:
-        parts: Iterable[tuple[int, int]] = map(sums, cut)
+        sums_of_blocks: Iterable[tuple[int, int]] = map(sums, cut)
         if threads > 1 and len(cut) > 1:
             from concurrent.futures import ThreadPoolExecutor  # here, because its import is slow and rarely needed
 
             pool = ThreadPoolExecutor(min(threads, len(cut)))
             stack.callback(pool.shutdown, cancel_futures=True)
-            parts = pool.map(sums, cut)
-        for done, (weighted, weight) in enumerate(parts, 1):
+            sums_of_blocks = pool.map(sums, cut)
+        for done, (weighted, weight) in enumerate(sums_of_blocks, 1):
             numerator += weighted
             denominator += weight
             progress(done / len(cut))

@@ -285,7 +285,7 @@ def test_blocks_are_the_units_of_the_interval():
     close(report.interval(), bootstrap_interval(numerator, denominator))
     text = str(report)
     assert text.startswith(f"NPSS {report.score:.4f}; in blocks {report.score_in_blocks:.4f}, ")
-    assert text.splitlines()[2] == f"  11 blocks, 2 of {len(LABELS)} sequences in none"
+    assert text.splitlines()[3] == f"  11 blocks, 2 of {len(LABELS)} sequences in none"
     few = npss.report(gt[:8], pred[:8], groups=LABELS[:8])
     scores = [npss.score(gt[i : i + 2], pred[i : i + 2]) for i in (0, 2, 4, 6)]
     close(few.interval(), (min(scores), max(scores)))
@@ -373,6 +373,7 @@ def test_the_text_has_the_numbers_and_their_meaning(n, d):
         how = "95 %, studentised bootstrap over blocks, 9999 resamples, seed 0"
     assert text.split("\n\n")[0].splitlines() == [
         f"NPSS {report.score:.4f}, {low:.4f} to {high:.4f} ({how})",
+        f"  {report.parts}",
         f"  {report.signature}",
         f"  {n} sequence{'s' * (n > 1)}, each its own block, assumed independent",
         f"  {INFERRED}",
@@ -474,9 +475,9 @@ def test_each_block_is_computed_once_for_the_score_and_its_parts(monkeypatch, se
     gt, pred = motions(n=70, n_frames=50, d=600)  # of two blocks
     seen = []
 
-    def counted(*arguments):
+    def counted(*arguments, **options):
         seen.append(arguments[-1])
-        return tile(*arguments)
+        return tile(*arguments, **options)
 
     monkeypatch.setattr("npss._metric.score.tile", counted)
     record = measure(gt, pred, conventions=("paper",), sequences=sequences, frames=50)
@@ -490,3 +491,5 @@ def test_parts_are_the_same_of_any_number_of_threads():
     assert one.score == several.score == npss.score(gt, pred)
     np.testing.assert_array_equal(one.emd, several.emd)
     np.testing.assert_array_equal(one.weight, several.weight)
+    np.testing.assert_array_equal(one.form, several.form)
+    np.testing.assert_array_equal(one.floor, several.floor)
