@@ -16,6 +16,7 @@ from npss._analysis.sign_flip import MIN_BLOCKS_OF_TEST, SAMPLES, SignFlips, set
 from npss._metric.convention import Convention, ConventionName, as_convention
 from npss._metric.fields import Value
 from npss._metric.frames import whole_frames
+from npss._metric.parts import Parts
 from npss._metric.registry import EULER_ERROR, NPSS, metric_called
 from npss._metric.signature import signature, stated_with, with_fields_of
 from npss.validation import Float64, Seed, motion_array, positive_number, real_array
@@ -40,6 +41,8 @@ class Comparison:
     p_value : float or None
         Two-sided: the share of exchanges of the models' names, block by block, that make a difference at least as
         large. None for fewer than six blocks, which cannot show a difference.
+    a_parts, b_parts : Parts or None
+        What the two scores are made of; None for another metric than NPSS.
     exact : bool
         Whether all exchanges are counted, or 9999 random ones and the observed one.
     """
@@ -53,6 +56,8 @@ class Comparison:
     better: int
     p_value: float | None
     exact: bool
+    a_parts: Parts | None
+    b_parts: Parts | None
     _blocks: str
     _flips: SignFlips
 
@@ -103,7 +108,9 @@ class Comparison:
                 f"  two-sided sign-flip test over {self.n} blocks, {ways} exchanges; interval: the differences "
                 f"not rejected",
             ]
-        return "\n".join([*lines, f"  {self._blocks}", f"  {INFERRED}", f"  {self.signature}"])
+        both = {"first": self.a_parts, "second": self.b_parts}
+        parts = [f"  the {name}: {parts}" for name, parts in both.items() if parts]
+        return "\n".join([*lines, *parts, f"  {self._blocks}", f"  {INFERRED}", f"  {self.signature}"])
 
 
 def compare(
@@ -215,13 +222,13 @@ def compare(
     all_fields = with_fields_of(compared, stated_with(compare, context, extra, **fields))
     meaning = signature(chosen if compared.has_conventions else None, metric=compared.name, **all_fields)
 
-    def measured(name: str, pred: npt.ArrayLike) -> tuple[float, Float64, Float64]:
+    def measured(name: str, pred: npt.ArrayLike) -> tuple[float, Float64, Float64, Parts | None]:
         value = compared.measure(truth, pred, pred_name=name, convention=chosen, fps=rate, at_ms=at_ms)
-        return value.value, np.asarray(value.numerator), np.asarray(value.weight)
+        return value.value, np.asarray(value.numerator), np.asarray(value.weight), value.parts
 
     labels = read_groups("groups", groups, len(truth))
-    a, first, weight = measured("pred_a", pred_a)
-    b, second, other_weight = measured("pred_b", pred_b)
+    a, first, weight, a_parts = measured("pred_a", pred_a)
+    b, second, other_weight, b_parts = measured("pred_b", pred_b)
     if not np.array_equal(weight, other_weight):
         raise ValueError(f"metric: the weights of {metric!r} must depend on gt alone, but differ between predictions")
     blocks = Blocks(labels, weight)
@@ -240,6 +247,8 @@ def compare(
         better=int((compared.sign * settled(difference, base[counts]) < 0).sum()),
         p_value=flips.p_value() if blocks.n >= MIN_BLOCKS_OF_TEST else None,
         exact=flips.exact,
+        a_parts=a_parts,
+        b_parts=b_parts,
         _blocks=str(blocks),
         _flips=flips,
     )

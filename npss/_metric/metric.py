@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from npss._metric.convention import CONVENTIONS
 from npss._metric.fields import ARGUMENTS, FIELDS, Value, check_value
+from npss._metric.parts import Parts
 from npss.validation import (
     Array,
     BeyondFloat64Error,
@@ -41,6 +42,7 @@ class Measured(NamedTuple):
     value: float
     numerator: Float64 | None = None  # (N,); None if the value is not a mean over sequences
     weight: Float64 | None = None  # (N,)
+    parts: Parts | None = None  # what an NPSS is made of
 
     def by_sequence(self) -> Float64 | None:
         """Return the value of each sequence, ``(N,)``; 0 where its weight is 0."""

@@ -16,8 +16,8 @@ from npss.validation import Float64
 
 
 def _npss(gt: Float64, pred: Float64, *, convention: str | Convention) -> Measured:
-    parts = contributions(gt, pred, as_convention(convention))
-    return Measured(parts.score, *parts.by_sequence())
+    of_columns = contributions(gt, pred, as_convention(convention))
+    return Measured(of_columns.score, *of_columns.by_sequence(), of_columns.parts())
 
 
 def _euler_error(gt: Float64, pred: Float64, *, fps: float, at_ms: float) -> Measured:

@@ -449,12 +449,28 @@ def test_the_text_has_the_numbers_and_their_meaning():
         f"{comparison.a:.4f} - {comparison.b:.4f} = {comparison.difference:.4f}, {low:.4f} to {high:.4f} (95 %), "
         f"p = {comparison.p_value:.3g}, the first is better in {comparison.better} of 8 blocks",
         "  two-sided sign-flip test over 8 blocks, all 256 exchanges; interval: the differences not rejected",
+        f"  the first: {npss.report(gt, one).parts}",
+        f"  the second: {npss.report(gt, other).parts}",
         "  8 sequences, each its own block, assumed independent",
         f"  {INFERRED}",
         f"  {npss.signature(representation='euler', frames=25, fps=25)}",
     ]
     assert repr(comparison).startswith(f"Comparison(a={comparison.a!r}, b={comparison.b!r}, p_value=")
     assert "over 17 blocks, 9999 random exchanges" in str(npss.compare(*motions(n=17)))
+
+
+@pytest.mark.parametrize("convention", [*npss.CONVENTIONS, npss.Convention(bins="one-sided")])
+def test_the_parts_are_those_of_each_prediction(convention):
+    gt, one, other = motions()
+    comparison = npss.compare(gt, one, other, convention=convention)
+    assert comparison.a_parts == npss.report(gt, one, convention=convention).parts
+    assert comparison.b_parts == npss.report(gt, other, convention=convention).parts
+
+
+def test_only_npss_has_parts():
+    comparison = npss.compare(*motions(), metric="euler_error", fps=25, at_ms=80)
+    assert comparison.a_parts is comparison.b_parts is None
+    assert "share of DC" not in str(comparison)
 
 
 def test_a_comparison_can_be_pickled_and_is_frozen():
