@@ -16,7 +16,7 @@ _BLOCK = 2**18  # values of one motion seen at once
 #: The meaning of a place, if it is not the first sequence, frame and feature.
 _PLACES = {"shift": "the first is sequence", "degrees": "the largest is in feature"}
 #: Pitfalls of a whole motion; all others are counted.
-_WHOLE = ("shift", "context", "poses", "degrees", "axes", "joints")
+_WHOLE = ("shift", "context", "poses", "degrees", "axes", "joints", "share")
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Finding:
     trap : str
         ``'wrap'``, ``'gimbal-flip'``, ``'quaternion-sign'``, ``'hemisphere'``, ``'constant'``, ``'shift'``,
         ``'context'``, ``'padding'``, ``'poses'``, ``'degrees'``, ``'axes'``, ``'joints'``, ``'powerless'``,
-        ``'weight'`` or ``'no-real-power'``.
+        ``'weight'``, ``'no-real-power'`` or ``'share'``.
     argument : str
         The motion: ``'gt'`` or ``'pred'``.
     count : int
@@ -107,7 +107,9 @@ def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Finding, ...]:
     - ``powerless``: features that are zero throughout the ground truth, and so have no weight: a note, unless the
       prediction is not zero there;
     - ``weight``: a tenth of the features, or fewer, that hold nine tenths of the weight;
-    - ``no-real-power``: predictions whose score by the convention ``released`` is rounding noise.
+    - ``no-real-power``: predictions whose score by the convention ``released`` is rounding noise;
+    - ``share``: a score by ``paper`` that is mostly the share of DC (`Parts`), which says how much a feature moves, not
+      how; a note, since it is common.
 
     In angles as `npss.poses_to_euler` returns them (99 columns, the first six zero), ``wrap`` and ``gimbal-flip`` are
     notes: the ground truth of Human3.6M has such jumps, and published tables leave them in.
@@ -118,8 +120,9 @@ def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Finding, ...]:
     >>> import npss
     >>> motion = np.random.default_rng(0).normal(size=(2, 51, 3)).cumsum(axis=1)
     >>> for finding in npss.diagnose(motion[:, :-1], motion[:, 1:]):
-    ...     print(finding)
-    pred: is the ground truth 1 frame later
+    ...     print(f"{finding.severity} {finding.trap}, {str(finding):.40} ...")
+    warning shift, pred: is the ground truth 1 frame later ...
+    note share, note: pred: 79% of the score by 'paper', ...
     """
     truth, prediction = motion_pair(gt, pred)
     check_finite("gt", truth)

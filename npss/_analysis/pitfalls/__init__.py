@@ -1,6 +1,7 @@
 """The pitfalls that `npss.diagnose` looks for."""
 
 from npss._analysis.pitfalls.layout import Degrees, JointAxis, Poses, SwappedAxes
+from npss._analysis.pitfalls.parts import Share
 from npss._analysis.pitfalls.pitfall import NOTE, WARNING, Block, Pitfall
 from npss._analysis.pitfalls.rotations import GimbalFlips, Hemisphere, SignFlips, Wraps
 from npss._analysis.pitfalls.time import Constant, Context, Padding, Shift
@@ -24,4 +25,5 @@ PITFALLS: tuple[type[Pitfall], ...] = (
     Powerless,
     Weight,
     NoRealPower,
+    Share,
 )

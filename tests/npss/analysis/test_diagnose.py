@@ -27,12 +27,12 @@ from npss_baselines.data.h36m_source import Human36M
 
 NAMES = (
     *("wrap", "gimbal-flip", "quaternion-sign", "hemisphere", "constant", "shift", "context", "padding"),
-    *("poses", "degrees", "axes", "joints", "powerless", "weight", "no-real-power"),
+    *("poses", "degrees", "axes", "joints", "powerless", "weight", "no-real-power", "share"),
 )
 
 
 def find(gt, pred, trap=None):
-    """Return all findings, or the findings of one pitfall."""
+    """Return all findings but the note on shares, which sound motion has, too; or the findings of one pitfall."""
     found = npss.diagnose(gt, pred)
     assert isinstance(found, tuple)
     for finding in found:
@@ -44,7 +44,7 @@ def find(gt, pred, trap=None):
         assert finding.severity in ("warning", "note")
         assert line.startswith("note: " * (finding.severity == "note") + f"{finding.argument}: ")
         assert "\n" not in line
-    return [finding for finding in found if trap in (None, finding.trap)]
+    return [finding for finding in found if (finding.trap != "share" if trap is None else finding.trap == trap)]
 
 
 def pitfalls(gt, pred):
@@ -842,7 +842,8 @@ def test_the_command_line_prints_findings(capsys, tmp_path, motion):
         np.save(tmp_path / f"{name}.npy", array)
     files = [str(tmp_path / "gt.npy"), str(tmp_path / "pred.npy")]
     assert main(["score", *files]) == 0
-    assert "Diagnosis" not in capsys.readouterr().out
+    _, _, diagnosis = capsys.readouterr().out.partition("Diagnosis:\n")
+    assert diagnosis == f"- {find(*motion, trap='share')[0]}\n"
     np.save(files[1], np.degrees(motion[0]))
     expected = [f"- {finding}" for finding in find(motion[0], np.degrees(motion[0]))]
     for form in ("text", "markdown"):
@@ -850,6 +851,41 @@ def test_the_command_line_prints_findings(capsys, tmp_path, motion):
         lines = capsys.readouterr().out.splitlines()
         assert lines[lines.index("Diagnosis:") + 1 :] == expected
     assert len(expected) == 2
+
+
+# --- share ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_score_that_is_mostly_share():
+    gt = walks()[:, 50:]
+    (finding,) = find(gt, gt + 0.1, trap="share")
+    assert (finding.argument, finding.count, finding.where, finding.severity) == ("pred", 1, (), "note")
+    score = f"100% of the score by 'paper', {npss.score(gt, gt + 0.1):.4g}, is the share of DC (npss.Parts)"
+    assert str(finding).startswith(f"note: pred: {score}: ")
+    assert find(gt[0], gt[0] + 0.1, trap="share")
+
+
+@pytest.mark.parametrize("mean", [0.5, 0.9, 0.99, 1.0])
+def test_shares_of_a_score_on_either_side_of_a_half(mean):
+    t = 2 * np.pi * np.arange(100)[:, np.newaxis] / 100
+    gt, pred = 1 + np.cos(t), mean + np.cos(4 * t)
+    parts = npss.report(gt, pred).parts
+    assert bool(find(gt, pred, trap="share")) == (parts.share > parts.form)
+    assert (parts.share > parts.form) == (mean < 0.95)
+
+
+def test_what_is_right_has_no_share():
+    gt = walks()[:, 50:]
+    for pred in (gt, -2 * gt, gt[:, ::-1], np.roll(gt, 9, axis=1)):  # the same spectra, but for rounding
+        assert find(gt, pred, trap="share") == []
+    assert find(gt[:, :1], 1 + gt[:, :1], trap="share") == []  # one frame has no spectrum
+
+
+def test_shares_over_blocks_are_those_of_the_whole(monkeypatch):
+    gt, pred = walks()[:, 50:] * np.array([1, 9, 1, 2])[:, np.newaxis, np.newaxis], 0.9 + walks(seed=3)[:, 50:]
+    whole = find(gt, pred, trap="share")
+    monkeypatch.setattr(_diagnose, "_BLOCK", 1)
+    assert find(gt, pred, trap="share") == whole != []
 
 
 def test_a_flip_in_the_middle_has_the_maximal_cost():
