@@ -28,6 +28,7 @@ def report_page(
     boards: Sequence[str],
     notes: Sequence[str] = (),
     signatures: Sequence[str],
+    parts: Sequence[tuple[str, Sequence[str]]] = (),
     figures: Sequence[Figure],
     findings: Sequence[tuple[str, Sequence[str]]],
     clips: Mapping[str, Mapping[str, npt.ArrayLike]],
@@ -47,6 +48,8 @@ def report_page(
         Notes on the tables.
     signatures : sequence of str
         The signatures of the numbers.
+    parts : sequence of (str, sequence of str), optional
+        What the scores are made of: headings, each with its lines.
     figures : sequence of Figure
         The pictures.
     findings : sequence of (str, sequence of str)
@@ -78,17 +81,18 @@ def report_page(
     sections = [
         ("leaderboard", "Leaderboard", "".join(map(_board, boards)) + _list("note", notes)),
         ("motion", "Motion", _MOTION if shown else ""),
-        ("diagnosis", "Diagnosis", "".join(_finding(heading, lines) for heading, lines in findings)),
+        ("parts", "What the scores are made of", "".join(_lines(heading, lines) for heading, lines in parts)),
+        ("diagnosis", "Diagnosis", "".join(_lines(heading, lines) for heading, lines in findings)),
         ("pictures", "Pictures", f'<div class="gallery">{"".join(map(_picture, figures))}</div>' if figures else ""),
         ("signatures", "Signatures", _SIGNATURES + "".join(map(_signature, signatures)) if signatures else ""),
         ("cite", "How to cite", f"<p>{escape(CITE)}</p>"),
     ]
     filled = [section for section in sections if section[2]]
     links = "".join(f'<li><a href="#{name}">{heading}</a></li>' for name, heading, _ in filled)
-    parts = "\n".join(f'<section id="{name}"><h2>{heading}</h2>\n{html}\n</section>' for name, heading, html in filled)
+    body = "\n".join(f'<section id="{name}"><h2>{heading}</h2>\n{html}\n</section>' for name, heading, html in filled)
     return page(
         title=title,
-        body=f"<main>\n<h1>{escape(title)}</h1>\n<nav><ul>{links}</ul></nav>\n{parts}\n</main>",
+        body=f"<main>\n<h1>{escape(title)}</h1>\n<nav><ul>{links}</ul></nav>\n{body}\n</main>",
         scripts=("player.js", "report.js"),
         data={"figure": figure(skeleton, fps), "clips": shown},
     )
@@ -120,7 +124,7 @@ def _board(html: str) -> str:
     return f'<div class="scroll" tabindex="0" role="region" aria-label="Table">{html}</div>\n'
 
 
-def _finding(heading: str, lines: Sequence[str]) -> str:
+def _lines(heading: str, lines: Sequence[str]) -> str:
     return f"<h3>{escape(heading)}</h3>\n{_list('', lines)}"
 
 

@@ -95,6 +95,7 @@ def write_report(path: Path, submissions: Submissions, board: Leaderboard) -> No
         boards=html_tables(board.standings, by=board.by),
         notes=board.notes,
         signatures=list(dict.fromkeys(standing.result.signature for standing in board.standings)),
+        parts=[(part.action, part.parts) for part in parts],
         figures=[figure for part in parts for figure in part.figures],
         findings=[finding for part in parts for finding in part.findings],
         clips={part.action: part.clips for part in parts},
@@ -122,8 +123,12 @@ class _Action:
         )
         meaning = parse_signature(shown.signature)
         self._groups = shown.groups
-        self._convention = meaning["convention"]
         self._context = {name: meaning[name] for name in ("representation", "protocol", "unwrap") if name in meaning}
+        options: dict[str, Any] = {"fps": FPS, "convention": meaning["convention"], "feature_names": FEATURE_NAMES}
+        self._options = options | self._context
+        self._reports = {model: report(self._gt, pred, **self._options) for model, pred in self._preds.items()}
+        self.parts = [f"{model}: {NPSS.heading} {of.score:.4f}, {of.parts}" for model, of in self._reports.items()]
+        self.parts.append(next(iter(self._reports.values())).signature)
         self.findings = [(f"{action}, {label}", lines) for label, lines in self._diagnose() if lines]
         self.clips = {}
         for label, poses in {TRUTH: truth, **{model: pair.pred for model, pair in pairs.items()}}.items():
@@ -149,15 +154,14 @@ class _Action:
         if not moving_pair(self._gt, self._gt)[2].all():  # still sequences have no Euler error
             errors = plot.errors(self._gt, self._preds, fps=FPS, groups=self._groups, **self._context)
             yield self._figure(f"{EULER_ERROR.heading} over time", errors, "With pointwise bands over blocks.")
-        options: dict[str, Any] = {"fps": FPS, "convention": self._convention, "feature_names": FEATURE_NAMES}
-        parts = report(self._gt, self._preds[self._best], **options, **self._context)
-        if parts.score == 0:
+        best = self._reports[self._best]
+        if best.score == 0:
             return  # nothing has a share of 0
-        shares = plot.contributions(parts)
+        shares = plot.contributions(best)
         yield self._figure(f"where the score of {self._best} comes from", shares, "Shares of joints and sequences.")
-        sequence, feature = _largest(parts)
-        options |= {"sequence": sequence, "feature": feature, "names": (TRUTH, self._best)}
-        spectra = plot.spectra(self._gt, self._preds[self._best], **options, **self._context)
+        sequence, feature = _largest(best)
+        place: dict[str, Any] = {"sequence": sequence, "feature": feature, "names": (TRUTH, self._best)}
+        spectra = plot.spectra(self._gt, self._preds[self._best], **place, **self._options)
         caption = "The feature and sequence that cost most."
         yield self._figure(f"the spectra behind it, {self._best}", spectra, caption)
 

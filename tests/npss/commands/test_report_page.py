@@ -55,9 +55,22 @@ def test_has_the_tables_and_what_they_mean(page, folder):
         assert line in unescape(page)
 
 
+def test_says_what_each_score_is_made_of(page, folder):
+    section = re.search(r'<section id="parts">.*?</section>', page, flags=re.S)[0]
+    assert re.findall(r"<h3>([^<]*)</h3>", section) == ["eating", "walking"]
+    board = npss.leaderboard(folder, by="NPSS released")
+    *near, signature = re.findall(r"<li>([^<]*)</li>", section)[:2]
+    assert near[0].startswith(f"near: NPSS {board.loc['near', ('eating', 'NPSS released')]:.4f}, form ")
+    assert signature == npss.signature("released", representation="euler", frames=50, fps=25, unwrap="off")
+    score = board.loc["still", ("walking", "NPSS released")]
+    assert f"still: NPSS {score:.4f}, form 0.0000, share of DC +{score:.4f}; " in section
+
+
 def test_lists_findings_of_each_prediction_and_once_of_the_ground_truth(page):
-    headings = re.findall(r"<h3>([^<]*)</h3>\s*<ul", page)
-    assert headings == ["eating, ground truth", "walking, ground truth", "walking, still"]
+    section = re.search(r'<section id="diagnosis">.*?</section>', page, flags=re.S)[0]
+    headings = re.findall(r"<h3>([^<]*)</h3>\s*<ul", section)
+    expected = ["eating, ground truth", "eating, near", "walking, ground truth", "walking, near", "walking, still"]
+    assert headings == expected
     assert unescape(page).count("4 constant predictions (of 4 sequences)") == 1
 
 

@@ -90,6 +90,7 @@ PAGES = {
         boards=["<table class='board'><tr><td>1</td></tr></table>"],
         signatures=[EVIL],
         figures=[Figure(EVIL, f"<svg xmlns='http://www.w3.org/2000/svg'><!-- {EVIL} --></svg>", EVIL)],
+        parts=[(EVIL, [EVIL])],
         findings=[(EVIL, [EVIL])],
         clips={EVIL: {EVIL: walks()}},
     ),
@@ -183,12 +184,13 @@ def test_a_report_holds_its_parts():
         boards=["<table class='board'><tr><td>first</td></tr></table>", "<table class='board'></table>"],
         signatures=["npss|version:1|convention:paper|frames:100", "another"],
         figures=[Figure("Spectra", "<svg>é</svg>", "What."), Figure("Errors", b"\x89PNG", "Why.")],
+        parts=[("walking", ["a model: form"])],
         findings=[("a model", ["It is slow.", "It is late."]), ("another", [])],
         clips=clips,
     )
     page = Page(html)
     assert [a["id"] for a in page.attributes("section")] == [
-        *("leaderboard", "motion", "diagnosis", "pictures", "signatures", "cite"),
+        *("leaderboard", "motion", "parts", "diagnosis", "pictures", "signatures", "cite"),
     ]
     assert len(page.attributes("table")) == 2
     for text in ("npss|version:1|convention:paper|frames:100", "It is late.", "Why.", "Gopalakrishnan"):
