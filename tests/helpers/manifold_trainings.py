@@ -11,7 +11,7 @@ from npss_baselines.manifold.model.autoencoder import AutoencoderConfig
 from npss_baselines.manifold.motion.dataset import prepare
 from npss_baselines.manifold.training import config, schedule, trainer
 from npss_baselines.manifold.training.recipe import Stage
-from npss_baselines.runs import metrics, weights
+from npss_baselines.runs import log, weights
 from npss_baselines.runs.config import CHECKPOINT
 
 TINY = AutoencoderConfig(widths=(4, 5), kernel=3, unpool="half", eps=0.05)
@@ -56,7 +56,7 @@ def outcome(out):
         "optimizers": checkpoint["optimizer_states"],
         "chunk": checkpoint["global_step"],
         "kept": load_file(out / weights.FILE),
-        "metrics": (out / metrics.FILE).read_text(encoding="utf-8"),
+        "metrics": (out / log.FILE).read_text(encoding="utf-8"),
     }
 
 

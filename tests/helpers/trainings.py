@@ -15,7 +15,7 @@ from npss_baselines.data.synthetic import synthetic_training_set, synthetic_vali
 from npss_baselines.models import MODELS, ModelSpec
 from npss_baselines.models.base import POSE, MotionModel
 from npss_baselines.models.recipe import Recipe
-from npss_baselines.runs import config, metrics, weights
+from npss_baselines.runs import config, log, weights
 from npss_baselines.training import trainer
 
 
@@ -92,7 +92,7 @@ def outcome(out):
         "optimizer": checkpoint["optimizer_states"],
         "iteration": checkpoint["global_step"],
         "kept": load_file(out / weights.FILE),
-        "metrics": (out / metrics.FILE).read_text(encoding="utf-8"),
+        "metrics": (out / log.FILE).read_text(encoding="utf-8"),
     }
 
 

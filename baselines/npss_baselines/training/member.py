@@ -17,7 +17,7 @@ from npss_baselines.data.tasks import Task
 from npss_baselines.data.windows import Batch, Batches, TrainingSet, digest
 from npss_baselines.models import MODELS
 from npss_baselines.models.base import MotionModel
-from npss_baselines.runs import folder, metrics
+from npss_baselines.runs import folder, log
 from npss_baselines.runs.config import Configuration
 from npss_baselines.runs.fitting import torch_seed
 from npss_baselines.runs.predictor import ModelPredictor
@@ -116,7 +116,7 @@ class Member(nn.Module):
         if row is validation.best(self.rows, select):
             measured = {**row, "signature": validation.signature(self._validation)}
             folder.save(self.out, model, self._normalization, measured)
-        metrics.write(self.out, self.rows)
+        log.write(self.out, self.rows)
         return row
 
     def _measure(self, model: MotionModel, iteration: int) -> Row:

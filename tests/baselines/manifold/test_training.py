@@ -26,7 +26,7 @@ from npss_baselines.manifold.motion.split import held_out_subjects, split, valid
 from npss_baselines.manifold.training import config, folder, trainer
 from npss_baselines.manifold.training.loss import loss_of
 from npss_baselines.manifold.training.recipe import PAPER, RECIPES, Stage
-from npss_baselines.runs import launch, metrics, weights
+from npss_baselines.runs import launch, log, weights
 from npss_baselines.runs.config import CHECKPOINT
 from outcomes import same
 from texts import check_texts
@@ -218,7 +218,7 @@ def test_training_equals_a_plain_loop(sets, tmp_path):
     projected = folder.load(tmp_path).projector.project(validation_set.windows)
     distances = np.linalg.norm(local_positions(projected) - local_positions(validation_set.windows), axis=-1)
     assert rows[-1]["error"] == pytest.approx(distances[validation_set.mask].mean(), rel=1e-5)
-    with (tmp_path / metrics.FILE).open(encoding="utf-8") as file:
+    with (tmp_path / log.FILE).open(encoding="utf-8") as file:
         read = list(csv.DictReader(file))
     assert [float(row["error"]) for row in read] == [row["error"] for row in rows]
 
@@ -484,7 +484,7 @@ def test_train_command(tmp_path, capsys, recipe):
     assert "training on 20 windows of 4 clips (synthetic) of 4 subjects" in printed.out
     assert "windows of synthetic/2, synthetic/3" in printed.out
     assert "body heights on windows of synthetic/0, synthetic/1" in printed.out
-    assert {file.name for file in out.iterdir()} == {config.FILE, weights.FILE, CHECKPOINT, metrics.FILE, launch.LOCK}
+    assert {file.name for file in out.iterdir()} == {config.FILE, weights.FILE, CHECKPOINT, log.FILE, launch.LOCK}
     loaded = folder.load(out)
     assert loaded.configuration.data.sources == ("synthetic",)
     assert asdict(loaded.configuration)["data"]["windows"] == 20

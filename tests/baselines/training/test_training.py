@@ -30,7 +30,7 @@ from npss_baselines.data.h36m_source import Human36M
 from npss_baselines.data.synthetic import synthetic_task, synthetic_training_set, synthetic_validation
 from npss_baselines.evaluation.draws import evaluate_run
 from npss_baselines.models import MODELS
-from npss_baselines.runs import config, folder, launch, metrics, weights
+from npss_baselines.runs import config, folder, launch, log, weights
 from npss_baselines.runs.predictor import ModelPredictor
 from npss_baselines.training import objectives, trainer, validation
 from npss_baselines.training.rmsprop import RMSpropTF
@@ -100,7 +100,7 @@ def test_runs_together_give_the_same_as_alone(tmp_path, optimizer):
     rows = trained_together(tmp_path / "together", several)
     for i, configuration in enumerate(several):
         assert trained(tmp_path / str(i), configuration) == rows[i]
-        for file in (weights.FILE, metrics.FILE, config.FILE):
+        for file in (weights.FILE, log.FILE, config.FILE):
             assert (tmp_path / "together" / str(i) / file).read_bytes() == (tmp_path / str(i) / file).read_bytes()
 
 
@@ -133,7 +133,7 @@ def test_runs_together_can_be_resumed(request, tmp_path, monkeypatch, device):
         return  # up to rounding
     assert resumed == expected
     for i in ("0", "1"):
-        for file in (weights.FILE, metrics.FILE):
+        for file in (weights.FILE, log.FILE):
             assert (tmp_path / "cut" / i / file).read_bytes() == (tmp_path / "whole" / i / file).read_bytes()
 
 
@@ -298,7 +298,7 @@ def test_the_best_weights_are_kept(tmp_path, select, average):
     }[select]
     expected = min(rows, key=of)
     assert validation.best(rows, select) is expected
-    with (tmp_path / metrics.FILE).open(encoding="utf-8") as file:
+    with (tmp_path / log.FILE).open(encoding="utf-8") as file:
         assert [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)] == rows
     # Measured again, from the files.
     (task,) = synthetic_validation(2)
@@ -593,7 +593,7 @@ def test_from_training_to_a_score_without_data(tmp_path, capsys, monkeypatch, ar
     assert "weights of iteration" in captured.out
     assert "npss+euler_error|version:1|convention:released+paper|" in captured.out
     assert {file.name for file in out.iterdir()} == {
-        *(config.FILE, weights.FILE, config.CHECKPOINT, metrics.FILE, launch.LOCK)
+        *(config.FILE, weights.FILE, config.CHECKPOINT, log.FILE, launch.LOCK)
     }
     assert command("predict", out, "--out", tmp_path / "samples.h5", "--seed", 3) == 0
     capsys.readouterr()
@@ -655,7 +655,7 @@ def test_a_command_trains_several_at_once(tmp_path, capsys):
     assert names == {"seed-1", "seed-3", config.CHECKPOINT}
     for name in names - {config.CHECKPOINT}:
         assert f"{name}/{weights.FILE}: weights of iteration" in printed
-    for file in (config.FILE, weights.FILE, metrics.FILE):
+    for file in (config.FILE, weights.FILE, log.FILE):
         assert (tmp_path / "several" / "seed-1" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
     assert command("train", *several, "--resume") == 0
     capsys.readouterr()
@@ -685,7 +685,7 @@ def test_apart_trains_a_model_for_each_action(tmp_path):
     options = ["tiny", "--data", "synthetic", "--iterations", 2]
     assert command("train", *options, "--apart", "--out", tmp_path / "apart") == 0
     assert command("train", *options, "--out", tmp_path / "one") == 0
-    for file in (config.FILE, weights.FILE, metrics.FILE):
+    for file in (config.FILE, weights.FILE, log.FILE):
         assert (tmp_path / "apart" / "gait" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
 
 
@@ -747,7 +747,7 @@ def test_tensorboard_logs_hold_the_rows_of_the_table(tmp_path):
     assert command("train", "tiny", "--data", "synthetic", "--iterations", 2, "--out", out, "--tensorboard") == 0
     events = EventAccumulator(str(out / "tensorboard")).Reload()
     logged = [(event.step, event.value) for event in events.Scalars("npss_paper")]
-    with (out / metrics.FILE).open(encoding="utf-8") as file:
+    with (out / log.FILE).open(encoding="utf-8") as file:
         rows = [(int(row["iteration"]), float(row["npss_paper"])) for row in csv.DictReader(file)]
     assert logged == [(step, pytest.approx(value, rel=1e-6)) for step, value in rows]
 

@@ -22,7 +22,7 @@ from npss_baselines.manifold.training import folder
 from npss_baselines.manifold.training.config import Configuration, Phase
 from npss_baselines.manifold.training.loss import loss_of
 from npss_baselines.manifold.training.schedule import Place, Schedule
-from npss_baselines.runs import metrics
+from npss_baselines.runs import log
 from npss_baselines.runs.fitting import Resumable, fit, torch_seed
 
 #: The results of an epoch: numbers by name, and the name of the phase.
@@ -211,7 +211,7 @@ class Training(Resumable):
         self.rows.append(row)
         if done.phase == len(self.phases) - 1 and row is best(self.rows, self.configuration.select):
             folder.save(self.out, self.network, self.scaling, row)
-        metrics.write(self.out, self.rows)
+        log.write(self.out, self.rows)
         self.log_row(row)
 
     def _error(self, depth: int) -> float:

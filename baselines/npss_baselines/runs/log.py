@@ -1,4 +1,4 @@
-"""The table of a run: one row per validation."""
+"""The log of a training: a table with one row per validation."""
 
 from __future__ import annotations
 
