@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> None:
         return
     from npss_baselines.commands import arguments
     from npss_baselines.runs import config, launch, weights
-    from npss_baselines.training import trainer, validation
+    from npss_baselines.training import selection, trainer
 
     command = options.arguments
     configuration, options = arguments.parse(command)
@@ -69,12 +69,12 @@ def run(options: argparse.Namespace) -> None:
             together, options.out, device=device, tf32=options.tf32, tensorboard=options.tensorboard
         )
     for (run, _, tasks, out), measured in zip(together, rows, strict=True):
-        best = validation.best(measured, run.select)
+        best = selection.best(measured, run.select)
         print(
             f"{out / weights.FILE}: weights of iteration {best['iteration']:.0f} of {measured[-1]['iteration']:.0f}, "
             f"validation NPSS {best['npss_released']:.4f} (released) and {best['npss_paper']:.4f} (paper)"
         )
-        print(f"    {validation.signature(tasks)}")
+        print(f"    {selection.signature(tasks)}")
 
 
 def data_of(configuration: Configuration, root: Path | None, cache: Path | None) -> tuple[TrainingSet, Sequence[Task]]:

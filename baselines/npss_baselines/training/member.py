@@ -21,8 +21,8 @@ from npss_baselines.runs import folder, log
 from npss_baselines.runs.config import Configuration
 from npss_baselines.runs.fitting import torch_seed
 from npss_baselines.runs.predictor import ModelPredictor
-from npss_baselines.training import objectives, validation
-from npss_baselines.training.validation import Row
+from npss_baselines.training import objectives, selection
+from npss_baselines.training.selection import Row
 
 
 class Member(nn.Module):
@@ -113,8 +113,8 @@ class Member(nn.Module):
             model = cast(MotionModel, self.average.module)
         row |= self._measure(model, iteration)
         self.rows.append(row)
-        if row is validation.best(self.rows, select):
-            measured = {**row, "signature": validation.signature(self._validation)}
+        if row is selection.best(self.rows, select):
+            measured = {**row, "signature": selection.signature(self._validation)}
             folder.save(self.out, model, self._normalization, measured)
         log.write(self.out, self.rows)
         return row
@@ -128,7 +128,7 @@ class Member(nn.Module):
             for task in self._validation
         ]
         try:
-            return validation.measure(predictors, self._validation)
+            return selection.measure(predictors, self._validation)
         except ValueError as error:  # the last step may have diverged, after its loss was computed
             raise self._diverged(iteration, str(error)) from error
 

@@ -21,7 +21,7 @@ from npss_baselines.runs.fitting import Resumable, fit
 from npss_baselines.training.captured import Captured
 from npss_baselines.training.member import Member
 from npss_baselines.training.rmsprop import RMSpropTF
-from npss_baselines.training.validation import Row
+from npss_baselines.training.selection import Row
 
 _Batches = Sequence[tuple[Tensor, Tensor]]  # one per member
 

@@ -32,7 +32,7 @@ from npss_baselines.evaluation.draws import evaluate_run
 from npss_baselines.models import MODELS
 from npss_baselines.runs import config, folder, launch, log, weights
 from npss_baselines.runs.predictor import ModelPredictor
-from npss_baselines.training import objectives, trainer, validation
+from npss_baselines.training import objectives, selection, trainer
 from npss_baselines.training.rmsprop import RMSpropTF
 from outcomes import same
 from texts import check_texts
@@ -297,7 +297,7 @@ def test_the_best_weights_are_kept(tmp_path, select, average):
         "last": lambda row: -row["iteration"],
     }[select]
     expected = min(rows, key=of)
-    assert validation.best(rows, select) is expected
+    assert selection.best(rows, select) is expected
     with (tmp_path / log.FILE).open(encoding="utf-8") as file:
         assert [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)] == rows
     # Measured again, from the files.
@@ -317,8 +317,8 @@ def test_the_best_weights_are_kept(tmp_path, select, average):
 
 def test_actions_have_equal_weight():
     tasks = [task for n in (2, 3) for task in synthetic_validation(n)]
-    alone = [validation.measure([zero_velocity], [task]) for task in tasks]
-    both = validation.measure([zero_velocity] * 2, tasks)
+    alone = [selection.measure([zero_velocity], [task]) for task in tasks]
+    both = selection.measure([zero_velocity] * 2, tasks)
     assert both == {name: pytest.approx((alone[0][name] + alone[1][name]) / 2) for name in alone[0]}
 
 

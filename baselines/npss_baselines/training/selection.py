@@ -1,4 +1,4 @@
-"""Scores on validation windows, and the choice of weights by them."""
+"""The selection of weights by scores on validation windows."""
 
 from __future__ import annotations
 
