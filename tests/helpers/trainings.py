@@ -110,12 +110,12 @@ def command(*arguments):
 
 def train_a_command(options, number):
     """Train in a separate process, which gets a signal."""
-    loss = trainer.Member.loss
+    loss = trainer.TrainingRun.loss
 
     def interrupted(*arguments):
         if arguments[-1] == 1:
             os.kill(os.getpid(), number)
         return loss(*arguments)
 
-    trainer.Member.loss = interrupted
+    trainer.TrainingRun.loss = interrupted
     sys.exit(command(*options))

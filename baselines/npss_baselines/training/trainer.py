@@ -19,9 +19,9 @@ from npss_baselines.models.recipe import Recipe
 from npss_baselines.runs.config import CHECKPOINT, Configuration
 from npss_baselines.runs.fitting import Resumable, fit
 from npss_baselines.training.captured import Captured
-from npss_baselines.training.member import Member
 from npss_baselines.training.rmsprop import RMSpropTF
 from npss_baselines.training.selection import Row
+from npss_baselines.training.training_run import TrainingRun
 
 _Batches = Sequence[tuple[Tensor, Tensor]]  # one per member
 
@@ -37,13 +37,13 @@ class Training(Resumable):
 
     Parameters
     ----------
-    members : sequence of Member
+    members : sequence of TrainingRun
         The runs, with the same recipe and validation schedule.
     out : Path
         The folder of the checkpoint.
     """
 
-    def __init__(self, members: Sequence[Member], out: Path) -> None:
+    def __init__(self, members: Sequence[TrainingRun], out: Path) -> None:
         recipe: Recipe = members[0].configuration.recipe
         super().__init__(
             out,
@@ -62,8 +62,8 @@ class Training(Resumable):
         self._captured: list[Captured] = []
         self._captured_phase: object = None
 
-    def _members(self) -> list[Member]:
-        return cast(list[Member], list(self.members))
+    def _members(self) -> list[TrainingRun]:
+        return cast(list[TrainingRun], list(self.members))
 
     def _names(self) -> list[str]:
         """Return the folders of the runs, relative to that of the checkpoint."""
@@ -242,7 +242,9 @@ def train_together(
         As `train`; or if configurations differ in other fields. One run that diverges ends all.
     """
     with _matmul_precision("high" if tf32 else "highest"):
-        training = fit(lambda: Training([Member(*run) for run in runs], out), device=device, tensorboard=tensorboard)
+        training = fit(
+            lambda: Training([TrainingRun(*run) for run in runs], out), device=device, tensorboard=tensorboard
+        )
     return [member.rows for member in training._members()]
 
 

@@ -47,7 +47,7 @@ def signalled(monkeypatch):
         # Under nohup, or in a shell's background job, the tests may ignore the signal, which training respects.
         default = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
         before[number] = signal.signal(number, default)
-        loss = trainer.Member.loss
+        loss = trainer.TrainingRun.loss
 
         def interrupted(member, poses, label, iteration):
             if iteration == 1 and not sent:
@@ -57,7 +57,7 @@ def signalled(monkeypatch):
             return loss(member, poses, label, iteration)
 
         sent = []
-        monkeypatch.setattr(trainer.Member, "loss", interrupted)
+        monkeypatch.setattr(trainer.TrainingRun, "loss", interrupted)
 
     yield at_second_iteration
     for number, handler in before.items():
@@ -430,13 +430,13 @@ def slow(monkeypatch):
         monkeypatch.setattr(module, "time", clock)
 
     def each(seconds):
-        loss = trainer.Member.loss
+        loss = trainer.TrainingRun.loss
 
         def slowly(member, poses, label, iteration):
             clock.now += seconds[iteration] if isinstance(seconds, list) else seconds
             return loss(member, poses, label, iteration)
 
-        monkeypatch.setattr(trainer.Member, "loss", slowly)
+        monkeypatch.setattr(trainer.TrainingRun, "loss", slowly)
 
     return each
 

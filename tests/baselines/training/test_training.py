@@ -111,7 +111,7 @@ def test_runs_together_can_be_resumed(request, tmp_path, monkeypatch, device):
         request.getfixturevalue("gpu")
     several = [replace(configured(), seed=seed, checkpoint_every=1) for seed in (5, 6)]
     expected = trained_together(tmp_path / "whole", several, device)
-    validate, calls = trainer.Member.validate, []
+    validate, calls = trainer.TrainingRun.validate, []
 
     def fail(member, iteration):
         calls.append(iteration)
@@ -120,7 +120,7 @@ def test_runs_together_can_be_resumed(request, tmp_path, monkeypatch, device):
         return validate(member, iteration)
 
     with monkeypatch.context() as patch:
-        patch.setattr(trainer.Member, "validate", fail)
+        patch.setattr(trainer.TrainingRun, "validate", fail)
         with pytest.raises(OSError, match="no space"):
             trained_together(tmp_path / "cut", several, device)
     assert torch.load(tmp_path / "cut" / config.CHECKPOINT, weights_only=True)["losses"][1]["loss"].shape == (2,)

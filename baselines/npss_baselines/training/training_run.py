@@ -25,7 +25,7 @@ from npss_baselines.training import objectives, selection
 from npss_baselines.training.selection import Row
 
 
-class Member(nn.Module):
+class TrainingRun(nn.Module):
     """A model in training, alone or with others; iteration i always computes the same.
 
     The batch, and the random numbers of the iteration, are functions of the seed and i: seed torch's generators with
