@@ -10,7 +10,7 @@ from torch import nn
 
 from killing import kill_at
 from npss_baselines.__main__ import main
-from npss_baselines.commands import arguments
+from npss_baselines.commands import train_options
 from npss_baselines.data.synthetic import synthetic_training_set, synthetic_validation
 from npss_baselines.models import MODELS, ModelSpec
 from npss_baselines.models.base import POSE, MotionModel
@@ -73,7 +73,9 @@ TINY = ModelSpec("tiny", TinyConfig(), Tiny, RECIPE)
 
 
 def configured(*options):
-    return arguments.parse(["tiny", "--data", "synthetic", "--out", "nowhere", "--validate-every", "3", *options])[0]
+    return train_options.parse(["tiny", "--data", "synthetic", "--out", "nowhere", "--validate-every", "3", *options])[
+        0
+    ]
 
 
 def trained(out, configuration, training_set=None):

@@ -39,18 +39,18 @@ def run(options: argparse.Namespace) -> None:
 
         train_fitted.run(options.arguments[0], options.arguments[1:])
         return
-    from npss_baselines.commands import arguments
+    from npss_baselines.commands import train_options
     from npss_baselines.runs import config, launch, weights
     from npss_baselines.training import selection, trainer
 
     command = options.arguments
-    configuration, options = arguments.parse(command)
+    configuration, options = train_options.parse(command)
     device = launch.device_of(options.device, tf32=options.tf32)
-    runs = arguments.runs_of(configuration, options)
+    runs = train_options.runs_of(configuration, options)
     folders = [out for _, out in runs]
     before = launch.existing_runs(folders)
     source = configuration.source
-    root, recorded_in = arguments.folder_of(options, source, before)
+    root, recorded_in = train_options.folder_of(options, source, before)
     together, data = [], {}
     for run, out in runs:
         if run.actions not in data:
@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> None:
         together.append((run, *data[run.actions], out))
     paths = {} if root is None else {source.option: root}
     with (
-        launch.explain_resuming(folders, arguments.resume_arguments(options, command)),
+        launch.explain_resuming(folders, train_options.resume_arguments(options, command)),
         launch.exclusive_folders(options.out, folders, before),
     ):
         for run, _, _, out in together:

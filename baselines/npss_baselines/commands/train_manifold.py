@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from npss.console import add_plugin
-from npss_baselines.commands.arguments import file_of, refuse_changes, unrecorded_arguments
 from npss_baselines.commands.sources import add_folder_options, folders_of
+from npss_baselines.commands.train_options import file_of, refuse_changes, unrecorded_arguments
 from npss_baselines.data import SOURCES
 from npss_baselines.manifold.model.projector import Projector
 from npss_baselines.manifold.motion.dataset import MotionSet

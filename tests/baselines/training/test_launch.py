@@ -18,7 +18,7 @@ from lightning.pytorch.utilities.rank_zero import rank_zero_only
 from disk import full_disk
 from npss.console import _progress
 from npss.extras import install_hint
-from npss_baselines.commands import arguments, train, train_manifold
+from npss_baselines.commands import train, train_manifold, train_options
 from npss_baselines.data import SOURCES, h36m
 from npss_baselines.data.synthetic import synthetic_training_set, synthetic_validation
 from npss_baselines.manifold.motion import prepared
@@ -521,7 +521,7 @@ def test_errors_name_an_invalid_run(tmp_path):
         folder.load(tmp_path)
     (tmp_path / config.FILE).write_text('{"paths": {"h36m": 1}}', encoding="utf-8")
     with pytest.raises(ValueError, match=r"config\.json: paths: expected an object of names and folders"):
-        arguments.folder_of(SimpleNamespace(h36m=None, config=None), SOURCES["h36m"], [tmp_path])
+        train_options.folder_of(SimpleNamespace(h36m=None, config=None), SOURCES["h36m"], [tmp_path])
 
 
 def test_a_full_disk_leaves_no_partial_cache(tmp_path):

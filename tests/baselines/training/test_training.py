@@ -23,7 +23,7 @@ from npss.console import _progress
 from npss.files._samples import converted, read_poses
 from npss.predictors import zero_velocity
 from npss.protocol import ACTIONS, COLUMNS, SLICES_MS, TRAIN_SUBJECTS
-from npss_baselines.commands import arguments
+from npss_baselines.commands import train_options
 from npss_baselines.commands.evaluate import evaluate
 from npss_baselines.data import windows
 from npss_baselines.data.h36m_source import Human36M
@@ -435,15 +435,15 @@ def test_errors_name_broken_runs(run):
 def test_a_configuration_file_repeats_the_run(tmp_path, name):
     options = ["--actions", "eating", "walking", "--subjects", "1", "11", "--seed", "5", "--iterations", "1000"]
     options += ["--average", "0.99", "--select", "euler", "--recipe.clip_norm", "null", "--validate-on", "eating"]
-    configuration, _ = arguments.parse([name, *options, "--out", str(tmp_path / "a")])
+    configuration, _ = train_options.parse([name, *options, "--out", str(tmp_path / "a")])
     file = tmp_path / config.FILE
     config.write(file, configuration, "cpu")
     assert config.read(file) == configuration
-    assert arguments.parse(["--config", str(file), "--out", str(tmp_path / "b")])[0] == configuration
+    assert train_options.parse(["--config", str(file), "--out", str(tmp_path / "b")])[0] == configuration
     assert configuration.recipe == replace(MODELS[name].recipe.compressed(1000), clip_norm=None)
     assert configuration.model == MODELS[name].config
     assert (configuration.validate_every, configuration.checkpoint_every) == (50, 10)
-    other, _ = arguments.parse(
+    other, _ = train_options.parse(
         ["--config", str(file), "--seed", "6", "--iterations", "500", "--out", str(tmp_path / "b")]
     )
     assert other.seed == 6
@@ -452,12 +452,12 @@ def test_a_configuration_file_repeats_the_run(tmp_path, name):
 
 
 def test_defaults_and_overrides():
-    plain, options = arguments.parse(["tiny", "--out", "nowhere", "--h36m", "somewhere"])
+    plain, options = train_options.parse(["tiny", "--out", "nowhere", "--h36m", "somewhere"])
     assert (plain.data, plain.actions, plain.subjects) == ("h36m", ("walking",), TRAIN_SUBJECTS)
     assert (plain.model, plain.recipe) == (TINY.config, TINY.recipe)
     assert (plain.average, plain.select, plain.seed) == (None, "released", 0)
     assert (options.h36m, options.out, options.resume) == (Path("somewhere"), Path("nowhere"), False)
-    assert arguments.parse(["tiny", "--out", "nowhere", "--action", "all"])[0].actions == ACTIONS
+    assert train_options.parse(["tiny", "--out", "nowhere", "--action", "all"])[0].actions == ACTIONS
     changed = configured("--model.units", "9", "--recipe.closed_weight", "[[2, 0.5]]", "--recipe.optimizer=adam")
     assert changed.model == TinyConfig(units=9)
     assert changed.recipe == replace(RECIPE, closed_weight=((2, 0.5),), optimizer="adam")
@@ -466,7 +466,7 @@ def test_defaults_and_overrides():
 
 def test_missing_fields_of_older_configurations_are_off(tmp_path):
     """Runs that are older than these options were trained without them."""
-    configuration, _ = arguments.parse(["vgru-ac", "--data", "synthetic", "--out", str(tmp_path / "a")])
+    configuration, _ = train_options.parse(["vgru-ac", "--data", "synthetic", "--out", str(tmp_path / "a")])
     config.write(tmp_path / config.FILE, configuration, "cpu")
     content = json.loads((tmp_path / config.FILE).read_text(encoding="utf-8"))
     for option in ("own_past", "restart_derivatives"):
@@ -474,7 +474,7 @@ def test_missing_fields_of_older_configurations_are_off(tmp_path):
     (tmp_path / config.FILE).write_text(json.dumps(content), encoding="utf-8")
     assert config.read(tmp_path / config.FILE) == configuration
     options = ["vgru-ac", "--data", "synthetic", "--model.own_past", "true", "--out", str(tmp_path / "b")]
-    assert arguments.parse(options)[0].model == replace(configuration.model, own_past=True)
+    assert train_options.parse(options)[0].model == replace(configuration.model, own_past=True)
 
 
 @pytest.mark.parametrize(
@@ -524,12 +524,12 @@ def test_missing_fields_of_older_configurations_are_off(tmp_path):
 )
 def test_errors_of_arguments_list_the_choices(options, message):
     with pytest.raises(ValueError, match=f"^{message}"):
-        arguments.parse([*options, "--out", "nowhere"])
+        train_options.parse([*options, "--out", "nowhere"])
 
 
 def test_a_run_needs_a_folder():
     with pytest.raises(ValueError, match=r"^--out RUN is required: the folder of the run"):
-        arguments.parse(["tiny"])
+        train_options.parse(["tiny"])
 
 
 @pytest.mark.parametrize(
@@ -692,17 +692,17 @@ def test_apart_trains_a_model_for_each_action(tmp_path):
 def test_apart_and_seeds_give_separate_runs(tmp_path):
     options = ["tiny", "--actions", "eating", "walking", "--apart", "--out", str(tmp_path)]
     configurations = dict.fromkeys(("eating", "walking"))
-    for configuration, out in arguments.runs_of(*arguments.parse(options)):
+    for configuration, out in train_options.runs_of(*train_options.parse(options)):
         assert configuration.actions == configuration.validate_on == (out.name,)
         configurations[out.name] = configuration
-    assert configurations["walking"] == arguments.parse(["tiny", "--action", "walking", "--out", "nowhere"])[0]
-    both = arguments.runs_of(*arguments.parse([*options, "--seeds", "0", "4"]))
+    assert configurations["walking"] == train_options.parse(["tiny", "--action", "walking", "--out", "nowhere"])[0]
+    both = train_options.runs_of(*train_options.parse([*options, "--seeds", "0", "4"]))
     assert [out.name for _, out in both] == ["eating-seed-0", "eating-seed-4", "walking-seed-0", "walking-seed-4"]
     assert [configuration.seed for configuration, _ in both] == [0, 4, 0, 4]
     with pytest.raises(
         ValueError, match=r"^--validate-on: not allowed with --apart, which validates each model on its action"
     ):
-        arguments.runs_of(*arguments.parse([*options, "--validate-on", "eating"]))
+        train_options.runs_of(*train_options.parse([*options, "--validate-on", "eating"]))
 
 
 def test_commands_refuse_bad_input(run, tmp_path, capsys, monkeypatch):
