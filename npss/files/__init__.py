@@ -1,10 +1,10 @@
 """Read files strictly, and write them atomically."""
 
 from npss.files._arrays import MAX_SIZE, Arrays, Header, in_memory
-from npss.files._doing import doing
 from npss.files._formats import FORMATS, Format, listed, register_format, suffixes, write_samples
 from npss.files._json import parse_json, read_json
 from npss.files._samples import Pair
+from npss.files._system_errors import doing
 from npss.files._text import read_text
 from npss.files._write import (
     check_output,

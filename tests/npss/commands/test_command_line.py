@@ -14,7 +14,7 @@ import npss
 from command_line import run, samples, write_h5
 from npss.commands import main
 from npss.extras import install_hint
-from npss.files._doing import doing
+from npss.files._system_errors import doing
 
 
 @pytest.fixture
