@@ -1,4 +1,4 @@
-"""Records: all numbers of one prediction, with their signatures."""
+"""Measure a prediction: all its numbers, with their signatures."""
 
 from __future__ import annotations
 
@@ -8,23 +8,20 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from npss._analysis.blocks import STATISTICS_VERSION, Groups, Label, read_groups
+from npss._analysis.blocks import STATISTICS_VERSION, Label, read_groups
 from npss._analysis.fingerprint import fingerprint
 from npss._metric.contributions import contributions
 from npss._metric.convention import CONVENTIONS, ConventionName, as_convention
 from npss._metric.euler_error import euler_error, moving_pair, sequence_errors
 from npss._metric.fields import Value
 from npss._metric.metric import Metric
-from npss._metric.registry import EULER_ERROR, NPSS, direction, metric_called, metric_of_column
+from npss._metric.registry import EULER_ERROR, NPSS, metric_called
 from npss._metric.score import quotient, score_windows, weighted_sums
-from npss._metric.signature import higher_is_better, parse_signature, signature, stated_of, stated_with, with_fields_of
+from npss._metric.signature import parse_signature, signature, stated_of, stated_with, with_fields_of
 from npss.console._progress import Progress
-from npss.console._tables import markdown_text, table
 from npss.rotations._unwrap import unwrap
 from npss.skeleton import poses_to_positions
 from npss.validation import Float64, each, motion_pair, positive_number, renamed
-
-__all__ = ["NUMBERS", "Groups", "Record", "Unwrapped", "measure", "signature_of", "summary"]
 
 #: A record as `measure` returns it, or as JSON holds it.
 Record = dict[str, Any]
@@ -247,86 +244,6 @@ def _add(record: Record, metric: Metric, angles: Any, poses: Any, fps: float | N
         by_sequence.setdefault("metrics", {})[column] = values.tolist()
         if metric.aggregation == "weighted mean":
             by_sequence["weight"][column] = np.asarray(measured.weight).tolist()
-
-
-def summary(records: Sequence[Record], *, markdown: bool = False) -> str:
-    r"""Summarise records in one table per action, models sorted by NPSS, the best of each column marked.
-
-    Parameters
-    ----------
-    records : sequence of dict
-        Records from `measure`, with ``model`` and ``action``; records of an action have the same numbers.
-    markdown : bool, optional
-        Write Markdown.
-
-    Returns
-    -------
-    str
-        The tables, with the signatures below.
-
-    Raises
-    ------
-    ValueError
-        If a record lacks a number that the first record of the action has.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from npss.records import measure, summary
-    >>> gt = np.random.default_rng(0).normal(size=(4, 25, 3)).cumsum(axis=1)
-    >>> options = {"conventions": ["paper"], "fps": 25, "at_ms": [80]}
-    >>> models = {"good": gt, "bad": gt[:, ::-1]}
-    >>> records = [{"model": m, "action": "walking", **measure(gt, pred, **options)} for m, pred in models.items()]
-    >>> print("\n".join(summary(records).splitlines()[:5]))
-    walking (lower is better, * best; under ms: Euler error in rad)
-    <BLANKLINE>
-    model  NPSS paper   80 ms
-    -----  ----------  ------
-    good      0.0000*  0.000*
-    """
-    parts = []
-    for action in dict.fromkeys(record["action"] for record in records):
-        of_action = [record for record in records if record["action"] == action]
-        convention = next(iter(of_action[0]["npss"]))
-        of_action.sort(key=lambda record: record["npss"][convention])
-        signatures = of_action[0]["signatures"]
-        higher = [column for column in of_action[0].get("metrics", {}) if higher_is_better(signatures[column])]
-        columns = _columns(of_action, higher)
-        escaped = markdown_text if markdown else str
-        names = [escaped(record["model"]) for record in of_action]
-        rows = [[name, *row] for name, row in zip(names, zip(*columns.values(), strict=True), strict=True)]
-        units = f"under ms: {EULER_ERROR.heading} in {EULER_ERROR.unit}"
-        heading = escaped(f"{action} ({direction(higher)}, * best; {units})")
-        parts.append(f"### {heading}" if markdown else heading)
-        parts.append(table(["model", *columns], rows, "l" + "r" * len(columns), markdown=markdown))
-        signatures = dict.fromkeys(line for record in of_action for line in record["signatures"].values())
-        parts.append("\n".join(f"    {line}" for line in signatures))
-    return "\n\n".join(parts)
-
-
-def _columns(records: Sequence[Record], higher: Sequence[str]) -> dict[str, list[str]]:
-    """Return the cells of each column of `summary`; `higher` names the columns in which higher is better."""
-    first = records[0]
-    numbers: dict[str, tuple[Metric | None, list[float]]]
-    numbers = {NPSS.column(convention=name): (NPSS, _numbers(records, "npss", name)) for name in first["npss"]}
-    numbers |= {
-        f"{time} ms": (EULER_ERROR, _numbers(records, "euler_error", time)) for time in first.get("euler_error", {})
-    }
-    for column in first.get("metrics", {}):
-        numbers[column] = metric_of_column(column), _numbers(records, "metrics", column)
-    cells = {}
-    for column, (metric, values) in numbers.items():
-        digits = 4 if metric is None or metric.digits is None else metric.digits
-        best = max(values) if column in higher else min(values)
-        cells[column] = [f"{value:.{digits}f}" + ("*" if value == best else " ") for value in values]
-    return cells
-
-
-def _numbers(records: Sequence[Record], section: str, name: str) -> list[float]:
-    for record in records:
-        if name not in record.get(section, {}):
-            raise ValueError(f"records: {record['model']!r} on {record['action']!r} lacks {section} {name}")
-    return [record[section][name] for record in records]
 
 
 def _by_time(errors: Float64, still: npt.NDArray[np.bool_], frames: Mapping[str, int]) -> dict[str, list[float | None]]:
