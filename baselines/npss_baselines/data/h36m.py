@@ -27,7 +27,6 @@ from npss.protocol import (
     srnn_windows,
 )
 from npss.validation import one_of, positive_integer
-from npss_baselines.data.tasks import cut
 
 Float32 = npt.NDArray[np.float32]
 
@@ -227,47 +226,6 @@ def load_test_clips(data: H36M, action: str) -> list[Float32]:
                 f"depend on the length, so scores would not be comparable"
             )
     return list(clips.values())
-
-
-def load_test_windows(
-    data: H36M,
-    action: str,
-    windows: str = "srnn-8",
-    *,
-    n_seed: int = 50,
-    n_target: int = 100,
-) -> tuple[Float32, Float32]:
-    """Read the test windows of an action, at 25 frames per second.
-
-    Parameters
-    ----------
-    data : H36M
-        From `open_root`.
-    action : str
-        One of `npss.protocol.ACTIONS`.
-    windows : {'srnn-8', 'srnn-8-late', 'random-256'}, optional
-        `npss.protocol.srnn_windows`, the same one frame later, or `npss.protocol.random_windows`.
-    n_seed, n_target : int, optional
-        Numbers of seed frames and of target frames.
-
-    Returns
-    -------
-    seed : (N, n_seed, 99) ndarray of float32
-        The seed frames, as exponential maps in radians.
-    target : (N, n_target, 99) ndarray of float32
-        The target frames.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `load_test_clips` and the functions that draw the windows.
-    FileNotFoundError
-        If this copy of the data set lacks one of the test subject's two clips; names it.
-    """
-    one_of("windows", windows, tuple(WINDOWS))
-    clips = load_test_clips(data, action)
-    places = WINDOWS[windows]([len(clip) for clip in clips], n_seed=n_seed, n_target=n_target)
-    return cut(clips, places)
 
 
 def _name(subject: int, action: str, clip: int) -> str:

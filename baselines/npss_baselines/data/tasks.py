@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,6 @@ from npss.records import Groups
 N_SEED, N_TARGET = 50, 100
 
 Poses = npt.NDArray[np.floating[Any]]
-Precision = TypeVar("Precision", bound=np.floating[Any])
 
 
 class Task(NamedTuple):
@@ -35,13 +34,6 @@ def task_of(
     groups: Groups = None,
 ) -> Task:
     """Cut windows from clips ``(T, 99)``, in float64, which all reference numbers use."""
-    seed_frames, target = cut(clips, windows)
-    return Task(action, protocol, seed_frames.astype(np.float64), target.astype(np.float64), groups)
-
-
-def cut(
-    clips: Sequence[npt.NDArray[Precision]], windows: Sequence[Window]
-) -> tuple[npt.NDArray[Precision], npt.NDArray[Precision]]:
-    """Cut the seed frames and the target frames of windows from clips ``(T, 99)``."""
     seed_frames = np.stack([clips[window.clip][window.seed_frames] for window in windows])
-    return seed_frames, np.stack([clips[window.clip][window.target] for window in windows])
+    target = np.stack([clips[window.clip][window.target] for window in windows])
+    return Task(action, protocol, seed_frames.astype(np.float64), target.astype(np.float64), groups)

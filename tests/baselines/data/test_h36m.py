@@ -8,6 +8,7 @@ import pytest
 from h36m_files import write
 from npss.protocol import ACTIONS, TEST_LENGTHS, TRAIN_SUBJECTS, random_windows, srnn_windows
 from npss_baselines.data import h36m
+from npss_baselines.data.h36m_source import Human36M
 
 MISSING = {
     "S5": "directions_1 discussion_1 discussion_2 sittingdown_1 waiting_1 waiting_2",
@@ -249,40 +250,33 @@ class TestTestWindows:
             ("random-256", random_windows, 256),
         ],
     )
-    @pytest.mark.parametrize("options", [{}, {"n_seed": 10, "n_target": 25}])
-    def test_windows_follow_the_protocol(self, made, windows, draw, count, options):
-        data = h36m.open_root(made)
-        seed, target = h36m.load_test_windows(data, "waiting", windows, **options)
-        n_seed, n_target = options.get("n_seed", 50), options.get("n_target", 100)
-        assert seed.shape == (count, n_seed, 99)
-        assert target.shape == (count, n_target, 99)
-        clips = [h36m.load(data, 5, "waiting", clip, fps=25) for clip in (1, 2)]
-        places = draw([len(clip) for clip in clips], n_seed=n_seed, n_target=n_target)
-        for place, before, after in zip(places, seed, target, strict=True):
+    def test_windows_follow_the_protocol(self, made, windows, draw, count):
+        (task,) = Human36M().tasks(made, ["waiting"], windows)
+        assert (task.action, task.protocol) == ("waiting", windows)
+        assert task.seed_frames.shape == (count, 50, 99)
+        assert task.target.shape == (count, 100, 99)
+        clips = [h36m.load(h36m.open_root(made), 5, "waiting", clip, fps=25) for clip in (1, 2)]
+        places = draw([len(clip) for clip in clips], n_seed=50, n_target=100)
+        for place, before, after in zip(places, task.seed_frames, task.target, strict=True):
             both = np.concatenate([before, after])
-            assert np.array_equal(both, clips[place.clip][place.start : place.start + n_seed + n_target])
+            assert np.array_equal(both, clips[place.clip][place.start : place.start + 150])
 
     def test_bad_arguments(self, made):
-        data = h36m.open_root(made)
         with pytest.raises(ValueError, match="windows: expected one of srnn-8, srnn-8-late, random-256, got 'all'"):
-            h36m.load_test_windows(data, "walking", "all")
+            next(Human36M().tasks(made, ["walking"], "all"))
         with pytest.raises(FileNotFoundError, match=r"lacks S5/eating_1.txt S5/eating_2.txt$"):
-            h36m.load_test_windows(data, "eating")
-        with pytest.raises(ValueError, match="n_target: expected at most 100 frames, got 101"):
-            h36m.load_test_windows(data, "waiting", "random-256", n_target=101)
+            next(Human36M().tasks(made, ["eating"]))
 
 
 class TestLengths:
     def test_a_truncated_clip_is_refused(self, made):
-        data = h36m.open_root(made)
         message = r"S5.walking_1.txt: 173 frames at 25 frames per second, expected 1500; test windows depend on"
         for windows in h36m.WINDOWS:
             with pytest.raises(ValueError, match=message):
-                h36m.load_test_windows(data, "walking", windows)
+                next(Human36M().tasks(made, ["walking"], windows))
 
     def test_validation_and_sensitivity_check_the_length(self, made):
         pytest.importorskip("torch")
-        from npss_baselines.data.h36m_source import Human36M
         from npss_baselines.evaluation.sensitivity import motion_of
 
         with pytest.raises(ValueError, match="173 frames at 25 frames per second, expected 1500"):
@@ -336,11 +330,11 @@ class TestHuman36M:
         data = h36m.open_root(h36m_root)
         if any(f"S5/{action}_{clip}.txt" in h36m.missing(data) for clip in (1, 2)):
             with pytest.raises(FileNotFoundError, match=f"lacks S5/{action}"):
-                h36m.load_test_windows(data, action)
+                next(Human36M().tasks(h36m_root, [action]))
         else:
-            seed, target = h36m.load_test_windows(data, action)
-            assert (seed.shape, target.shape) == ((8, 50, 99), (8, 100, 99))
-            moving = target[..., 6:].std(axis=1) > 1e-4
+            (task,) = Human36M().tasks(h36m_root, [action])
+            assert (task.seed_frames.shape, task.target.shape) == ((8, 50, 99), (8, 100, 99))
+            moving = task.target[..., 6:].std(axis=1) > 1e-4
             assert (moving.sum(axis=1) == 48).all()
 
     def test_smoking_has_four_training_subjects(self, h36m_root):

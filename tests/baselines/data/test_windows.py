@@ -189,8 +189,8 @@ def test_real_validation_windows_share_no_frame_with_test_windows(h36m_root):
         ("smoking", 57),
     ]
     for task in tasks:
-        seed, target = h36m.load_test_windows(data, task.action)
-        tested = np.concatenate([seed, target], axis=1).reshape(-1, 99)
+        (test,) = Human36M().tasks(h36m_root, [task.action])
+        tested = np.concatenate([test.seed_frames, test.target], axis=1).reshape(-1, 99).astype(np.float32)
         mine = np.concatenate([task.seed_frames, task.target], axis=1).reshape(-1, 99)
         assert task.seed_frames.shape[1:] == (50, 99)
         assert task.target.shape[1:] == (100, 99)

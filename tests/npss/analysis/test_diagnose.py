@@ -156,9 +156,8 @@ def test_human36m_smoking_wraps(h36m_root):
 
 
 def test_human36m_in_other_units_and_axes(h36m_root):
-    data = h36m.open_root(h36m_root)
-    _, target = h36m.load_test_windows(data, "walking", "srnn-8")
-    gt = npss.poses_to_euler(target.astype(np.float64))
+    (task,) = Human36M().tasks(h36m_root, ["walking"])
+    gt = npss.poses_to_euler(task.target)
     assert ("axes", "gt") in pitfalls(gt.swapaxes(1, 2), gt.swapaxes(1, 2))
     assert [one for one in pitfalls(np.degrees(gt), gt) if one[0] == "degrees"] == [
         ("degrees", "gt"),
