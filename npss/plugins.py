@@ -23,6 +23,7 @@ GROUP = "npss.plugins"
 
 _MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
 _importing: list[str] = []  # plugins, the innermost last
+_imported: set[str] = set()  # plugins
 _named: dict[str, None] = {}  # on the command line, in order
 
 Entry = TypeVar("Entry")
@@ -205,11 +206,36 @@ def require(plugins: object) -> None:
         raise ValueError(f"a plugin is required; if you trust the module, add {options}")
 
 
+def raised_by(error: BaseException) -> str | None:
+    """Return the plugin in which an error, or one of its causes, was raised.
+
+    Parameters
+    ----------
+    error : BaseException
+        An error that was caught.
+
+    Returns
+    -------
+    str or None
+        The name of the plugin, with the file and the line that raised the error, or called what did; None if no plugin
+        that `load` or `load_installed` imported did.
+    """
+    cause: BaseException | None = error
+    while cause is not None:
+        for frame, line in reversed(list(traceback.walk_tb(cause.__traceback__))):
+            module = str(frame.f_globals.get("__name__"))
+            if plugin := next((name for name in _imported if f"{module}.".startswith(f"{name}.")), None):
+                return f"raised in the plugin {plugin}: {frame.f_code.co_filename}, line {line}"
+        cause = cause.__cause__ or cause.__context__
+    return None
+
+
 def _import(name: str, what: str) -> None:
     """Import a module; the error begins with `what`."""
     _importing.append(name)
     try:
         importlib.import_module(name)
+        _imported.add(name)
     except ModuleNotFoundError as error:
         if error.name is None or not f"{name}.".startswith(f"{error.name}."):
             raise ImportError(f"{what}: {error}{_place(error)}") from error

@@ -86,6 +86,7 @@ def pytest_runtest_teardown() -> None:
     """Forget the plugins that a test has named, which commands repeat in what they print."""
     if plugins := sys.modules.get("npss.plugins"):
         plugins._named.clear()
+        plugins._imported.clear()
 
 
 def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module:

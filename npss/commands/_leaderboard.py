@@ -88,6 +88,7 @@ def add_leaderboard_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--method",
+        dest="methods",
         nargs="+",
         action="append",
         default=[],
@@ -145,7 +146,7 @@ def leaderboard_of(source: Any, options: argparse.Namespace, **context: Any) -> 
     from npss.ranking._leaderboard import leaderboard  # imported here: few commands need it
 
     methods: dict[str, list[str]] = {}
-    for name, *models in options.method:
+    for name, *models in options.methods:
         if name in methods:
             raise ValueError(f"--method {name}: duplicate method")
         methods[name] = models

@@ -165,7 +165,9 @@ def _record(
             **context,
         )
     except (TypeError, ValueError) as error:
-        raise type(error)((f"{pair.name}: {error}" if pair.name is not None else str(error)) + advice) from error
+        of_an_option = str(error).partition(":")[0] in vars(options)
+        where = "" if pair.name is None or of_an_option else f"{pair.name}: "
+        raise type(error)(f"{where}{error}{'' if of_an_option else advice}") from error
     motions = (pair.gt, pair.pred) if options.unwrap == "off" else (unwrap(pair.gt), unwrap(pair.pred))
     record["diagnosis"] = [str(finding) for finding in diagnose(*motions)]
     if pair.stored_curve is not None and not record.get("still"):

@@ -19,6 +19,7 @@ from npss.records import NUMBERS, Record
 from npss.study import power, read_votes, sample_size
 from npss.study._input import ALTERNATIVES
 from npss.study._summary import summary
+from npss.validation import positive_integer
 
 _DESCRIPTION = """\
 Plan a user study, build its survey, and evaluate its votes.
@@ -105,7 +106,12 @@ def _add_page(subcommands: Any) -> None:
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="write the page to FILE")
     parser.add_argument(
-        "--questions", type=int, default=20, metavar="N", help="ask N questions (default: %(default)s, as in the paper)"
+        "--questions",
+        dest="n_questions",
+        type=int,
+        default=20,
+        metavar="N",
+        help="ask N questions (default: %(default)s, as in the paper)",
     )
     parser.add_argument(
         "--seed",
@@ -151,9 +157,10 @@ def _add_evaluate(subcommands: Any) -> None:
 def _plan(options: argparse.Namespace) -> None:
     """Print how many questions a study needs, and its power."""
     test = {"alternative": options.alternative, "alpha": options.alpha, "correction": not options.no_correction}
-    n = options.questions
-    if n is None:
+    if options.questions is None:
         n = sample_size(options.p_a, options.p_b, power=options.power, **test)
+    else:
+        n = positive_integer("questions", options.questions)
     plan = {"questions": n, "power": power(options.p_a, options.p_b, n, **test)}
     if options.format == "json":
         print(json.dumps({"p_a": options.p_a, "p_b": options.p_b, **test, **plan}, indent=2))
@@ -172,7 +179,7 @@ def _page(options: argparse.Namespace) -> None:
     check_output(options.output, sample_files([options.directory]))
     text = survey(
         options.directory,
-        n_questions=options.questions,
+        n_questions=options.n_questions,
         seed=options.seed,
         action=options.action,
         max_size=options.max_size,

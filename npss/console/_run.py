@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from npss.console._encoding import allow_any_text, discard_output, warnings_in_one_line
 from npss.console._parser import split_plugins
 from npss.extras import install_hint
-from npss.plugins import load, load_installed
+from npss.plugins import load, load_installed, raised_by
 
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 #: Optional packages: the extra of ``npss-metric`` that brings each, and those that ``npss-baselines`` brings.
@@ -36,6 +36,11 @@ def run(prog: str, parser: Callable[[], argparse.ArgumentParser], arguments: Seq
     -------
     int
         The exit status: 0; 2 after an error, which becomes one line; 130 after Ctrl-C.
+
+    Raises
+    ------
+    Exception
+        Any other error, which is a bug. If a plugin raised it, a note names the plugin.
     """
     allow_any_text()
     options = argparse.Namespace()
@@ -55,9 +60,17 @@ def run(prog: str, parser: Callable[[], argparse.ArgumentParser], arguments: Seq
         return 128 + signal.SIGINT
     except (argparse.ArgumentError, ImportError, OSError, TypeError, ValueError) as error:
         message = error_text(error, getattr(options, "extra", None))
+        if "parser" in options:
+            message = options.parser.as_typed(message)
+        if place := raised_by(error):
+            message = f"{message} ({place})"
         print(f"{prog}: error: {' '.join(message.split())}", file=sys.stderr)
         discard_output()
         return 2
+    except Exception as error:
+        if place := raised_by(error):
+            error.add_note(f"({place})")
+        raise
     return 0
 
 
@@ -73,7 +86,7 @@ def error_text(error: Exception, extra: str | None = None) -> str:
     """
     if isinstance(error, OSError) and error.strerror:
         if error.filename is not None:
-            return f"cannot open {error.filename}: {error.strerror}"
+            return f"{error.filename}: {error.strerror}"
         if error.errno in _FULL and error.strerror == os.strerror(error.errno):  # other outputs are named
             return f"cannot write to standard output: {error.strerror}"
         return error.strerror

@@ -23,17 +23,17 @@ def doing(what: str) -> Iterator[None]:
     Raises
     ------
     OSError
-        The error of the block, with `what` before its message.
+        The error of the block, with the file and `what` before its message.
 
     Examples
     --------
     >>> with doing("reading the votes"):
     ...     open("votes.csv")
     Traceback (most recent call last):
-    FileNotFoundError: [Errno 2] reading the votes: votes.csv: No such file or directory
+    FileNotFoundError: [Errno 2] votes.csv: reading the votes: No such file or directory
     """
     try:
         yield
     except OSError as error:
         file = "" if error.filename is None else f"{error.filename}: "
-        raise OSError(error.errno, f"{what}: {file}{error.strerror or error}") from error
+        raise OSError(error.errno, f"{file}{what}: {error.strerror or error}") from error

@@ -80,8 +80,16 @@ def write_figure_atomically(path: Path, figure: Any) -> None:
         The file to write; its suffix sets the format (default: PNG).
     figure : Figure
         The figure.
+
+    Raises
+    ------
+    ValueError
+        If matplotlib has no such format.
     """
-    write_stream_atomically(path, lambda stream: figure.savefig(stream, format=path.suffix[1:] or "png"))
+    formats = figure.canvas.get_supported_filetypes()
+    if (form := path.suffix[1:] or "png") not in formats:
+        raise ValueError(f"{path}: expected the suffix of a picture, such as .svg, .pdf or .png")
+    write_stream_atomically(path, lambda stream: figure.savefig(stream, format=form))
 
 
 def write_stream_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:

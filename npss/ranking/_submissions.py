@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from npss._analysis.blocks import Groups
+from npss._metric.registry import metric_called
 from npss.console._progress import Progress
 from npss.files._arrays import MAX_SIZE
 from npss.files._formats import FORMATS, listed, suffixes
@@ -72,7 +75,7 @@ def sample_files(paths: Iterable[Path]) -> list[Path]:
     files, endings = [], suffixes("samples")
     for path in paths:
         if not path.exists():
-            raise ValueError(f"{path}: no such file or folder")
+            raise ValueError(f"{path}: {os.strerror(errno.ENOENT)}")
         if not path.is_dir() and path.suffix not in endings:
             raise ValueError(f"{path}: expected {listed('samples')} samples")
         samples = [path]
@@ -187,8 +190,10 @@ def records_of(
     Raises
     ------
     ValueError
-        If the number of sequences is not the number of windows of the protocol.
+        If a metric is unknown, or the number of sequences is not the number of windows of the protocol.
     """
+    for name in metrics:
+        metric_called(name, "metrics")
     records = []
     pairs = [(model, action, pair) for model, actions in submissions.items() for action, pair in actions.items()]
     with Progress("scoring") as progress:

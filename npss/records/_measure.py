@@ -258,5 +258,5 @@ def _by_time(errors: Float64, still: npt.NDArray[np.bool_], frames: Mapping[str,
 
 def _needed(fps: float | None) -> float:
     if fps is None:
-        raise ValueError("fps: times need the frames per second; give fps")
+        raise ValueError("fps: expected the frames per second, which times in milliseconds need, got None")
     return fps

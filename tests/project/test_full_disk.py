@@ -145,7 +145,7 @@ def test_standard_output_in_this_process(monkeypatch):
 def test_messages():
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     assert error_text(full) == "cannot write to standard output: No space left on device"
-    assert error_text(OSError(*full.args, "runs/walking")) == "cannot open runs/walking: No space left on device"
+    assert error_text(OSError(*full.args, "runs/walking")) == "runs/walking: No space left on device"
 
 
 def test_without_standard_output():

@@ -15,6 +15,7 @@ from npss.console import Progress
 from npss.predictors import PREDICTORS
 from npss.ranking import names_of_paths
 from npss.records import Record, summary
+from npss.validation import positive_integer
 from npss_baselines.commands.sources import add_task_options, tasks_of
 from npss_baselines.data.tasks import Task
 from npss_baselines.evaluation.evaluate import evaluate
@@ -68,6 +69,7 @@ def add_parser(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Print the records."""
+    positive_integer("draws", options.draws)
     models = options.models or list(PREDICTORS)
     if unknown := [model for model in models if model not in PREDICTORS and not is_run(model)]:
         raise ValueError(f"MODEL: {unknown[0]!r} is neither one of {', '.join(PREDICTORS)} nor the folder of a run")

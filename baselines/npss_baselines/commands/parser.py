@@ -28,4 +28,5 @@ class CommandParser(Parser):
         if not self._forward:
             return super().parse_known_args(args, namespace)
         namespace, _ = super().parse_known_args([], namespace)
+        self._words = args or ()
         return Namespace(**vars(namespace), arguments=list(args or ())), []

@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> None:
     source, data = pose_source_of(options, default=configuration.data)
     actions = options.actions or (configuration.actions if source.name == configuration.data else ())
     arrays: dict[str, Array] = {}
-    for task in source.tasks(data, actions, options.windows, cache=options.cache):
+    for task in source.tasks(data, actions, options.protocol, cache=options.cache):
         predicted = trained.predictor(task.action, seed=options.seed)(task.seed_frames, task.target.shape[1])
         for kind, poses in (("gt", task.target), ("preds", predicted)):
             arrays |= {f"expmap/{kind}/{task.action}_{i}": sequence for i, sequence in enumerate(poses)}

@@ -101,6 +101,7 @@ def add_task_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--windows",
+        dest="protocol",
         choices=[protocol for source in sources for protocol in source.protocols],
         help="test windows; of Human3.6M, srnn-8: the eight of published tables; srnn-8-late: the same, one frame "
         "later; random-256: 256 random ones (default: the source's first)",
@@ -110,4 +111,4 @@ def add_task_options(parser: argparse.ArgumentParser) -> None:
 def tasks_of(options: argparse.Namespace) -> Iterator[Task]:
     """Return the tasks that the options choose."""
     source, folder = pose_source_of(options)
-    return source.tasks(folder, options.actions or (), options.windows, cache=options.cache)
+    return source.tasks(folder, options.actions or (), options.protocol, cache=options.cache)

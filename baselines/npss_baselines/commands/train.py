@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> None:
         options.extra = "manifold"
         from npss_baselines.commands import train_manifold
 
-        train_manifold.run(options.arguments[1:])
+        train_manifold.run(options.arguments[1:], options.parser)
         return
     from npss_baselines.fitted import FITTED
 
@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> None:
     from npss_baselines.training import selection, trainer
 
     command = options.arguments
-    configuration, options = train_options.parse(command)
+    configuration, options = train_options.parse(command, options.parser)
     device = launch.device_of(options.device, tf32=options.tf32)
     runs = train_options.runs_of(configuration, options)
     folders = [out for _, out in runs]

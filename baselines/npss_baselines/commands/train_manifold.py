@@ -9,9 +9,9 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TypeVar
 
-from npss.console import add_plugin
+from npss.console import Parser, add_plugin
 from npss_baselines.commands.sources import add_folder_options, folders_of
-from npss_baselines.commands.train_options import file_of, refuse_changes, unrecorded_arguments
+from npss_baselines.commands.train_options import file_of, options_of, refuse_changes, unrecorded_arguments
 from npss_baselines.data import SOURCES
 from npss_baselines.manifold.model.projector import Projector
 from npss_baselines.manifold.motion.dataset import MotionSet
@@ -25,23 +25,25 @@ from npss_baselines.manifold.training.recipe import RECIPES
 from npss_baselines.runs import launch, weights
 from npss_baselines.runs.config import paths_of
 
-Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
+AnyParser = TypeVar("AnyParser", bound=argparse.ArgumentParser)
 
 
-def run(arguments: Sequence[str]) -> None:
+def run(arguments: Sequence[str], command: Parser | None = None) -> None:
     """Train, and print the results.
 
     Parameters
     ----------
     arguments : sequence of str
         Arguments after ``train manifold``.
+    command : Parser, optional
+        The parser of the command, which names these options in errors.
 
     Raises
     ------
     TypeError, ValueError, FileNotFoundError
         If an argument, a file or the motion is invalid.
     """
-    configuration, options = parse(arguments)
+    configuration, options = parse(arguments, command)
     device = launch.device_of(options.device)
     before = launch.existing_runs([options.out])
     folders, recorded_in = _folders(options)
@@ -62,8 +64,8 @@ def run(arguments: Sequence[str]) -> None:
         f"{len(validation_set.windows)} windows of {', '.join(subjects_of(validation_set))}",
         flush=True,
     )
-    command = ["train", "manifold", "--resume", "--out", str(options.out), *unrecorded_arguments(options)]
-    with launch.explain_resuming([options.out], command), launch.exclusive_folders(options.out, [options.out], before):
+    resume = ["train", "manifold", "--resume", "--out", str(options.out), *unrecorded_arguments(options)]
+    with launch.explain_resuming([options.out], resume), launch.exclusive_folders(options.out, [options.out], before):
         paths = {SOURCES[name].option: root for name, root in folders.items()}
         plugins = {SOURCES.plugin(name) for name in folders} - {None}
         config.write(options.out / FILE, configuration, device, paths, sorted(map(str, plugins)))
@@ -82,8 +84,13 @@ def run(arguments: Sequence[str]) -> None:
         print(f"    {projector.signature}")
 
 
-def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
+def parse(arguments: Sequence[str], command: Parser | None = None) -> tuple[Configuration, argparse.Namespace]:
     """Parse arguments; the configuration of a resumed run, or of ``--config``, replaces the recipe.
+
+    Parameters
+    ----------
+    arguments, command
+        As of `run`.
 
     Returns
     -------
@@ -100,11 +107,7 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     if {"-h", "--help"} & set(arguments):
         _add_options(config.parser_of(config.defaults())).print_help()
         raise SystemExit(0)
-    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
-    try:
-        options, rest = _add_options(parser).parse_known_args(arguments)
-    except argparse.ArgumentError as error:
-        raise ValueError(str(error)) from None
+    options, rest = options_of(arguments, _add_options, command)
     file = file_of(options)
     if file is not None and options.recipe is not None:
         raise ValueError(f"--recipe: conflicts with {file}, which states the recipe's settings")
@@ -119,6 +122,8 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     if not resumed:
         base = replace(base, data=config.Data())
     reader = config.parser_of(base)
+    if command is not None:
+        command.also_reads(reader)
     configuration = config.configuration_of(base, reader, lambda: reader.parse_args(rest))
     if file is not None and resumed:
         refuse_changes(file, asdict(stored), asdict(configuration))
@@ -150,7 +155,7 @@ def _described(data: config.Data) -> str:
     return f"{data.windows} windows of {data.clips} clips ({', '.join(data.sources)})"
 
 
-def _add_options(parser: Parser) -> Parser:
+def _add_options(parser: AnyParser) -> AnyParser:
     """Add the options that are not fields of the configuration."""
     parser.add_argument("--out", type=Path, metavar="RUN", help="folder of the run, created if missing")
     add_folder_options(parser, SOURCES.values(), environment=False)

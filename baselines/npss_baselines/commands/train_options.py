@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from npss.console import add_plugin
+from npss.console import Parser, add_plugin
 from npss.validation import one_of
 from npss_baselines.commands.sources import add_folder_options, folders_of, from_environment
 from npss_baselines.data import Source, pose_sources
@@ -17,14 +17,21 @@ from npss_baselines.models import MODELS
 from npss_baselines.runs import config, launch
 from npss_baselines.runs.config import CHECKPOINT, FILE, Configuration
 
-Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
+AnyParser = TypeVar("AnyParser", bound=argparse.ArgumentParser)
 
 
-def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
+def parse(arguments: Sequence[str], command: Parser | None = None) -> tuple[Configuration, argparse.Namespace]:
     """Read the arguments of ``npss-baselines train``.
 
     The command line overrides the configuration file (of ``--config``, or of the run to resume), which overrides the
     registry's defaults.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        The arguments after ``train``.
+    command : Parser, optional
+        The parser of the command, which names these options in errors.
 
     Returns
     -------
@@ -46,7 +53,7 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     if {"-h", "--help"} & set(rest):
         _add_options(config.parser_of(name or next(iter(MODELS)))).print_help()
         raise SystemExit(0)
-    options, rest = _options(rest)
+    options, rest = options_of(rest, _add_options, command)
     file = file_of(options)
     if _several(options):
         if file is not None and file == options.out / FILE:
@@ -66,7 +73,9 @@ def parse(arguments: Sequence[str]) -> tuple[Configuration, argparse.Namespace]:
     elif options.resume:
         raise ValueError(f"--resume: no {FILE} in {options.out}; to start a run there, give MODEL or --config FILE")
     else:
-        raise ValueError(f"MODEL: expected one of {', '.join(MODELS)}; or give --config FILE")
+        raise ValueError(f"MODEL: expected one of {', '.join(MODELS)} as the first argument, or --config FILE")
+    if command is not None:
+        command.also_reads(parser)
     if options.iterations is not None:
         recipe = recipe.compressed(options.iterations)
         config.set_defaults(parser, {"recipe": recipe, "validate_every": None, "checkpoint_every": None})
@@ -177,16 +186,21 @@ def _several(options: argparse.Namespace) -> bool:
     return options.seeds is not None or options.apart
 
 
-def _options(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
+def options_of(
+    arguments: Sequence[str], add_options: Callable[[argparse.ArgumentParser], object], command: Parser | None
+) -> tuple[argparse.Namespace, list[str]]:
     """Read the options that a configuration does not hold; also return the remaining arguments."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    add_options(parser)
+    if command is not None:
+        command.also_reads(parser)
     try:
-        return _add_options(parser).parse_known_args(arguments)
+        return parser.parse_known_args(arguments)
     except argparse.ArgumentError as error:
         raise ValueError(str(error)) from None
 
 
-def _add_options(parser: Parser) -> Parser:
+def _add_options(parser: AnyParser) -> AnyParser:
     """Add the options that a configuration does not hold."""
     parser.add_argument("--out", type=Path, metavar="RUN", help="folder of the run, created if missing")
     parser.add_argument("--config", type=Path, metavar="FILE", help=f"start from this configuration, a {FILE}")

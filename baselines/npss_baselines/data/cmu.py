@@ -182,7 +182,7 @@ def styles_clips(
         for path in sorted((folder / style).glob("*.bvh"))
     ]
     if not files:
-        raise FileNotFoundError(f"no clips in {folder}: expected files such as salsa/03.bvh")
+        raise FileNotFoundError(f"{folder}: no clips in it; expected files such as salsa/03.bvh")
     return _read("cmu-styles", files, progress)
 
 

@@ -86,12 +86,14 @@ def open_root(root: str | os.PathLike[str], *, cache: str | os.PathLike[str] | N
     --------
     >>> open_root("nowhere")
     Traceback (most recent call last):
-    FileNotFoundError: no Human3.6M in nowhere: expected files such as dataset/S5/walking_1.txt
+    FileNotFoundError: nowhere: no Human3.6M in it; expected files such as dataset/S5/walking_1.txt
     """
     top = Path(root)
     folder = next((place for place in (top / "dataset", top) if any(place.glob("S*/*_[12].txt"))), None)
     if folder is None:
-        raise FileNotFoundError(f"no Human3.6M in {top}: expected files such as dataset/S{TEST_SUBJECT}/walking_1.txt")
+        raise FileNotFoundError(
+            f"{top}: no Human3.6M in it; expected files such as dataset/S{TEST_SUBJECT}/walking_1.txt"
+        )
     data = H36M(folder, None if cache is None else Path(cache))
     _refuse_leaks(data)
     return data

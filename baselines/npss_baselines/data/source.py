@@ -212,9 +212,9 @@ class PoseSource(Source):
             As `test_clips`; or if the action or protocol is unknown, or no window fits.
         """
         protocol = self.protocols[0] if protocol is None else protocol
-        one_of("windows", protocol, self.protocols)
+        one_of("protocol", protocol, self.protocols)
         for action in actions or self.default_actions:
-            one_of("action", action, self.actions)
+            one_of("actions", action, self.actions)
             yield self._task(action, protocol, self.test_clips(folder, action, cache=cache))
 
     def clips(

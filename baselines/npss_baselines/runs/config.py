@@ -146,7 +146,7 @@ def file_in(folder: Path) -> Path:
     """
     if not (folder / FILE).is_file():
         problem = f"no {FILE} in it" if folder.is_dir() else "no such folder"
-        raise FileNotFoundError(f"reading the run {folder}: {problem}")
+        raise FileNotFoundError(f"{folder}: {problem}")
     return folder / FILE
 
 
@@ -317,7 +317,7 @@ def configuration_of(
     try:
         parsed = parser.instantiate(parse())
     except argparse.ArgumentError as error:
-        raise ValueError(f"{error}{option_hint([*parser.get_defaults().keys(), *also], str(error))}") from None
+        raise ValueError(argument_error(error, [*parser.get_defaults().keys(), *also])) from None
     values = {"name": name} | {field.name: parsed[field.name] for field in fields(Configuration)[1:]}
     iterations, source = values["recipe"].iterations, pose_sources()[values["data"]]
     if values["actions"] is None:
@@ -338,14 +338,15 @@ def configuration_of(
     return Configuration(**values | sequences)
 
 
-def option_hint(options: Iterable[str], error: str) -> str:
-    """Return a hint for an error about unknown arguments: the closest option, or all options."""
+def argument_error(problem: argparse.ArgumentError, options: Iterable[str]) -> str:
+    """Return an error of jsonargparse as text; for unknown arguments, with the closest option, or all options."""
+    error = re.sub(r'^Parser key "([\w.]+)":', r"\1:", str(problem))
     if "unrecognized" not in error:
-        return ""
+        return error
     names = [f"--{name if '.' in name else name.replace('_', '-')}" for name in sorted(options)]
     group = re.search(r"--\w+\.", error)
     in_group = [name for name in names if group and name.startswith(group[0])]
-    return meant(error.split(), in_group or names) or f"; the options are {', '.join(in_group or names)}"
+    return error + (meant(error.split(), in_group or names) or f"; the options are {', '.join(in_group or names)}")
 
 
 def _some_of(name: str, values: Sequence[Any], choices: Sequence[Any]) -> None:

@@ -110,7 +110,7 @@ class TestSynthetic:
     ("arguments", "message"),
     [
         ((), "give --h36m DIR (folder"),
-        (("--synthetic", "--actions", "walking"), "action: expected one of gait, got 'walking'"),
+        (("--synthetic", "--actions", "walking"), "--actions: expected one of gait, got 'walking'"),
         (("--synthetic", "zero-speed"), "'zero-speed' is neither one of zero-velocity"),
         (("--h36m", "nowhere"), "nowhere"),
     ],

@@ -260,7 +260,7 @@ class TestCommand:
         pytest.importorskip("matplotlib")
         status, out, err = run("--synthetic", "-o", tmp_path / "picture.xyz")
         assert (status, out) == (2, "")
-        assert "'xyz' is not supported" in err
+        assert "expected the suffix of a picture, such as .svg, .pdf or .png" in err
 
     def test_a_picture_without_matplotlib(self, run, tmp_path, monkeypatch):
         monkeypatch.delitem(sys.modules, "npss.plot._figure", raising=False)  # another test may have imported it
@@ -277,7 +277,7 @@ class TestCommand:
     def test_missing_data(self, run):
         status, out, err = run("--h36m", "nowhere")
         assert (status, out) == (2, "")
-        assert "no Human3.6M in nowhere" in err
+        assert "nowhere: no Human3.6M in it" in err
 
     def test_data_are_required(self, run):
         status, out, err = run()

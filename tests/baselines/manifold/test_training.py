@@ -546,7 +546,7 @@ def test_subjects_are_in_one_set(sets):
         ),
         (["--whole.lr", "-1"], "lr: expected a positive, finite number, got -1.0"),
         (["--model.widths", "[]"], "widths: expected at least one layer"),
-        (["--model.kernel", "wide"], 'Parser key "model.kernel"'),
+        (["--model.kernel", "wide"], r"model\.kernel:"),
         (["--scale", "unit"], "argument --scale: invalid choice: 'unit'"),
         (["--seed", "-1"], "seed: expected an integer from 0"),
     ],

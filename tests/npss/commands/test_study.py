@@ -368,9 +368,9 @@ class TestPlan:
 
     def test_errors(self, call):
         for arguments, message in (
-            ((0.6, 0.8), "p_a: 0.6 and p_b = 0.8 do not differ in the direction of the alternative 'greater'"),
-            ((1, 0.8), "p_a: expected a number between 0 and 1, exclusive, got 1.0"),
-            ((0.8, 0.6, "--questions", 0), "n_a: expected a positive integer, got 0"),
+            ((0.6, 0.8), "P_A: 0.6 and p_b = 0.8 do not differ in the direction of the alternative 'greater'"),
+            ((1, 0.8), "P_A: expected a number between 0 and 1, exclusive, got 1.0"),
+            ((0.8, 0.6, "--questions", 0), "--questions: expected a positive integer, got 0"),
             ((0.8, 0.6, "--power", 1), "power: expected a number between 0 and 1, exclusive, got 1.0"),
             ((0.8, 0.6, "--power", 0.9, "--questions", 9), "not allowed with argument --power"),
             ((0.8,), "the following arguments are required: P_B"),

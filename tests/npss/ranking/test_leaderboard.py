@@ -536,7 +536,7 @@ class TestCommands:
 
     def test_errors_are_one_line(self, capsys, folder):
         assert main(["leaderboard", str(folder), "--published"]) == 2
-        assert capsys.readouterr().err.startswith("npss: error: published: no published number means the same")
+        assert capsys.readouterr().err.startswith("npss: error: --published: no published number means the same")
 
     def test_baselines_and_files_on_the_same_windows(self, capsys, tmp_path):
         from npss_baselines.__main__ import main as baselines

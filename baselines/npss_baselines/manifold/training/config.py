@@ -19,7 +19,7 @@ from npss_baselines.manifold.model.initialization import INITIALIZATIONS
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.scaling import SCALES
 from npss_baselines.manifold.training.recipe import RECIPES, Recipe, Stage
-from npss_baselines.runs.config import FILE, NOTES, HelpFormatter, check_fields, option_hint, read_fields, write
+from npss_baselines.runs.config import FILE, NOTES, HelpFormatter, argument_error, check_fields, read_fields, write
 
 __all__ = ["FILE", "Configuration", "Data", "data_of", "read", "write"]
 
@@ -250,6 +250,6 @@ def configuration_of(
     try:
         parsed = parser.instantiate(parse())
     except argparse.ArgumentError as error:
-        raise ValueError(f"{error}{option_hint(parser.get_defaults().keys(), str(error))}") from None
+        raise ValueError(argument_error(error, parser.get_defaults().keys())) from None
     names = [field.name for field in fields(Configuration) if field.name not in ("name", "quick", "data")]
     return replace(default, **{name: parsed[name] for name in names})
