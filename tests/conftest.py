@@ -98,11 +98,10 @@ def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> 
 def registry() -> Iterator[None]:
     """Forget the metrics that a test registers."""
     from npss.metrics import METRICS
+    from registered import restored
 
-    before = dict(METRICS)
-    yield
-    METRICS._entries.clear()
-    METRICS._entries.update(before)
+    with restored(METRICS):
+        yield
 
 
 def _folder(variable: str, what: str) -> Path:

@@ -1,15 +1,23 @@
-"""Temporary entries of a registry."""
+"""Temporary entries of registries."""
 
 from contextlib import contextmanager
 
 
 @contextmanager
-def registered(registry, **entries):
-    """Register entries by name, and remove them afterwards."""
-    for name, entry in entries.items():
-        registry.register(name, entry)
+def restored(*registries):
+    """Undo afterwards what is registered, replaced or removed in between."""
+    before = [(registry, dict(registry._entries), dict(registry._plugins)) for registry in registries]
     try:
         yield
     finally:
-        for name in entries:
-            del registry._entries[name]
+        for registry, entries, plugins in before:
+            registry._entries, registry._plugins = entries, plugins
+
+
+@contextmanager
+def registered(registry, **entries):
+    """Register entries by name, and remove them afterwards."""
+    with restored(registry):
+        for name, entry in entries.items():
+            registry.register(name, entry)
+        yield

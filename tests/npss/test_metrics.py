@@ -400,7 +400,7 @@ def test_the_highest_is_ranked_first(shares):
 
 
 def test_records_state_the_direction(shares):
-    del METRICS._entries["share"]  # as if unknown
+    METRICS._entries.pop("share")  # as if unknown
     check_ranks(json.loads(json.dumps(shares)))
 
 

@@ -13,6 +13,7 @@ import pytest
 from command_line import run, samples
 from entry_points import declare
 from npss import files, plugins
+from registered import restored
 
 PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
 pytestmark = pytest.mark.skipif(not PAGE.exists(), reason="needs the documentation")
@@ -48,16 +49,21 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "text_format.py").write_text(printed("file", "text_format.py"), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
-    plugins.load("text_format")
+    with restored(files.FORMATS):
+        plugins.load("text_format")
+        write_samples(tmp_path)
+        yield tmp_path
+    del sys.modules["text_format"]
+
+
+def write_samples(folder):
     rng = np.random.default_rng(0)
     gt = 0.02 * rng.normal(size=(3, 50, 99)).cumsum(axis=1)
     for name, noise in (("walking", 0.01), ("other", 0.5)):
         poses = gt, gt + noise * rng.normal(size=gt.shape)
-        files.write_samples(tmp_path / f"{name}.npz", samples(poses))
+        files.write_samples(folder / f"{name}.npz", samples(poses))
         if name == "walking":
-            files.write_samples(tmp_path / "walking.poses", samples(poses, curve=np.zeros(50)))
-    yield tmp_path
-    del files.FORMATS._entries[".poses"], sys.modules["text_format"]
+            files.write_samples(folder / "walking.poses", samples(poses, curve=np.zeros(50)))
 
 
 def test_the_examples_are_short():

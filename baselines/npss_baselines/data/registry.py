@@ -16,29 +16,56 @@ SOURCES: Registry[Source] = Registry(
 )
 
 
-def register_source(source: Source) -> None:
+#: Names of the commands' own arguments, which no option of a source can have. A test compares them with the commands.
+RESERVED = (
+    *("action", "actions", "apart", "application", "arguments", "average", "by", "cache", "checkpoint-every", "clip"),
+    *("clips", "config", "data", "depth", "device", "draws", "extra", "folder", "format", "h", "help", "iterations"),
+    *("layers", "level", "loss", "manifold", "max-size", "method", "methods", "metrics", "model", "models", "n", "o"),
+    *("out", "output", "parser", "pictures", "plugin", "protocol", "published", "quick", "recipe", "report", "resume"),
+    *("run", "runs", "scale", "seed", "seeds", "select", "sequences", "size", "start", "subjects", "tensorboard"),
+    *("tf32", "units", "unwrap", "validate-every", "validate-on", "whole", "windows"),
+)
+
+
+def register_source(source: Source, *, replace: bool = False) -> None:
     """Register a source for the commands.
 
     Parameters
     ----------
     source : Source
         A `PoseSource`, for models to predict, or another `Source`, for the manifold alone.
+    replace : bool, optional
+        Replace a registered source of the same name, as when a notebook cell is run again.
 
     Raises
     ------
     TypeError
-        If it is not a source.
+        If it is not a source, or its name, option or description is not text.
     ValueError
-        If its name or option does not consist of lower-case letters, digits and hyphens, or is taken.
+        If its name or option does not consist of lower-case letters, digits and hyphens, or is taken: by a built-in
+        source, by another one without `replace`, or by an option of a command.
+
+    Examples
+    --------
+    >>> from npss_baselines.data import SOURCES, register_source
+    >>> register_source(SOURCES["synthetic"])  # as if it were your own
+    Traceback (most recent call last):
+    ValueError: the source 'synthetic' is registered already
     """
     if not isinstance(source, Source):
         raise TypeError(f"source: expected an npss_baselines.data.Source, got {source!r}")
-    for attribute in ("name", "option"):
-        if not re.fullmatch("[a-z0-9][a-z0-9-]*", text := getattr(source, attribute)):
+    for attribute in ("name", "option", "description"):
+        if not isinstance(text := getattr(source, attribute, None), str):
+            raise TypeError(f"source: {attribute}: expected text, got {text!r}")
+        if attribute != "description" and not re.fullmatch("[a-z0-9][a-z0-9-]*", text):
             raise ValueError(f"source: {attribute}: expected lower-case letters, digits and hyphens, got {text!r}")
-    if source.option in (other.option for other in SOURCES.values()):
-        raise ValueError(f"source: another source has the option --{source.option}")
-    SOURCES.register(source.name, source)
+    if "%" in source.description:  # which command lines fill in
+        raise ValueError(f"source: description: expected text without %, got {source.description!r}")
+    if source.option in RESERVED:
+        raise ValueError(f"source: option: --{source.option} is an option of the commands; choose another")
+    if source.option in (other.option for other in SOURCES.values() if other.name != source.name):
+        raise ValueError(f"source: option: --{source.option} is the option of another source; choose another")
+    SOURCES.register(source.name, source, replace=replace)
 
 
 def pose_sources() -> dict[str, PoseSource]:

@@ -114,32 +114,48 @@ MODELS = Registry(
 )
 
 
-def register_model(spec: ModelSpec) -> None:
+def register_model(spec: ModelSpec, *, replace: bool = False) -> None:
     """Register a model for the commands.
 
     Parameters
     ----------
     spec : ModelSpec
         The model that ``npss-baselines train NAME`` trains. The fields of its configuration are options.
+    replace : bool, optional
+        Replace a registered model of the same name, as when a notebook cell is run again.
 
     Raises
     ------
     TypeError
-        If it is not a `ModelSpec`, its configuration is not a dataclass, or a field of it is not plain data: numbers,
-        text, None, and choices, unions and tuples of these. A run's ``config.json`` holds its value, and the name of a
-        function or a class there would be imported.
+        If it is not a `ModelSpec`, its `build` is not a function, its `recipe` is not a `Recipe`, its configuration is
+        not a dataclass, or a field of it is not plain data: numbers, text, None, and choices, unions and tuples of
+        these. A run's ``config.json`` holds its value, and the name of a function or a class there would be imported.
     ValueError
-        If the name is taken.
+        If the name is taken, by a built-in model or by another one without `replace`; if it is ``manifold``, which
+        ``npss-baselines train`` trains; or if it begins with a hyphen, as options do.
+
+    Examples
+    --------
+    >>> from npss_baselines.models import MODELS, register_model
+    >>> register_model(MODELS["erd"])  # as if it were your own
+    Traceback (most recent call last):
+    ValueError: the model 'erd' is registered already
     """
     if not isinstance(spec, ModelSpec):
         raise TypeError(f"spec: expected a ModelSpec, got {spec!r}")
     if not is_dataclass(spec.config) or isinstance(spec.config, type):
         raise TypeError(f"spec: config: expected an instance of a dataclass, got {spec.config!r}")
+    if not callable(spec.build):
+        raise TypeError(f"spec: build: expected a function, got {spec.build!r}")
+    if not isinstance(spec.recipe, Recipe):
+        raise TypeError(f"spec: recipe: expected a Recipe, got {spec.recipe!r}")
+    if spec.name == "manifold" or str(spec.name).startswith("-"):
+        raise ValueError(f"spec: name: expected another name for `npss-baselines train`, got {spec.name!r}")
     types = get_type_hints(type(spec.config))
     for field in fields(spec.config):
         if not _is_plain(types[field.name]):
             raise TypeError(f"spec: config: {field.name}: expected plain data, got the type {types[field.name]}")
-    MODELS.register(spec.name, spec)
+    MODELS.register(spec.name, spec, replace=replace)
 
 
 def _is_plain(kind: Any) -> bool:

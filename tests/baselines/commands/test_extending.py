@@ -1,9 +1,11 @@
 """The data set and the model in docs/extending.md, run as printed."""
 
+import argparse
 import json
 import re
 import sys
 from collections.abc import Callable
+from copy import copy
 from dataclasses import make_dataclass, replace
 from pathlib import Path
 
@@ -14,12 +16,16 @@ pytest.importorskip("torch")
 
 from npss import gait
 from npss.ranking import read_actions
-from npss_baselines.__main__ import main
+from npss_baselines.__main__ import _parser, main
+from npss_baselines.commands import train_manifold, train_options
 from npss_baselines.data import SOURCES, PoseSource, Source, register_source
+from npss_baselines.data.registry import RESERVED
 from npss_baselines.data.synthetic import Synthetic
+from npss_baselines.manifold.training import config as manifold_config
 from npss_baselines.models import MODELS, register_model
 from npss_baselines.models.recipe import Recipe
 from npss_baselines.runs import config
+from registered import restored
 
 PAGE = Path(__file__).parents[3] / "docs" / "extending.md"
 SUBJECTS = ("anna", "ben", "carla", "dora")
@@ -33,21 +39,25 @@ def printed(kind, name):
 
 
 @pytest.fixture
+def _registries():
+    """Forget the sources and models that a test registers."""
+    with restored(SOURCES, MODELS):
+        yield
+
+
+@pytest.fixture
 def plugin(tmp_path, monkeypatch):
     """Write a plugin to the current folder; unregister it afterwards."""
     if not PAGE.exists():
         pytest.skip("the documentation is not beside the tests")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
-    before = dict(SOURCES), dict(MODELS), set(sys.modules)
 
     def write(name):
         (tmp_path / f"{name}.py").write_text(printed("file", f"{name}.py"), encoding="utf-8")
 
-    yield write
-    for registry, entries in zip((SOURCES, MODELS), before, strict=False):
-        for name in set(registry) - set(entries):
-            del registry._entries[name]
+    with restored(SOURCES, MODELS):
+        yield write
     for name in ("our_walks", "one_cell"):
         sys.modules.pop(name, None)
 
@@ -101,32 +111,62 @@ def test_a_model(plugin, tmp_path, capsys):
     assert "one-cell" in run(capsys, "npss-baselines params --format json")
 
 
-def test_a_data_set_of_positions_is_for_the_manifold_alone(monkeypatch):
+@pytest.mark.usefixtures("_registries")
+def test_a_data_set_of_positions_is_for_the_manifold_alone():
     class Positions(Source):
         name, description = "positions", "folder of positions"
 
         def clips(self, folder, **_):
             return Synthetic().clips(folder)
 
-    monkeypatch.setattr(SOURCES, "_entries", dict(SOURCES))
     register_source(Positions())
     assert "positions" in SOURCES
     with pytest.raises(SystemExit):
         main(["evaluate", "--positions", "x"])
 
 
-def test_a_source_with_the_option_of_a_command(monkeypatch, capsys):
-    monkeypatch.setattr(SOURCES, "_entries", dict(SOURCES))
-    register_source(type("Other", (Synthetic,), {"name": "cache", "option": "cache"})())
-    assert main(["evaluate", "--synthetic"]) == 2
-    assert capsys.readouterr().err == "npss-baselines: error: argument --cache: conflicting option string: --cache\n"
+def parsers(parser):
+    """Yield a parser and the parsers of its subcommands."""
+    yield parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for subparser in action.choices.values():
+                yield from parsers(subparser)
+
+
+def test_a_source_cannot_have_the_option_of_a_command():
+    every = [*parsers(_parser()), train_options._add_options(config.parser_of("erd"))]
+    every.append(train_manifold._add_options(manifold_config.parser_of(manifold_config.defaults())))
+    names = {name for parser in every for action in parser._actions for name in (action.dest, *action.option_strings)}
+    names |= {name for parser in every for name in parser._defaults}
+    options = {source.option for source in SOURCES.values()}
+    names = {name.lstrip("-").replace("_", "-") for name in names if not re.search("[.=]", name)} - options
+    assert sorted(RESERVED) == sorted({*names, "arguments", "parser"})
+    for option in RESERVED:
+        with pytest.raises(ValueError, match=rf"^source: option: --{option} is an option of the commands; choose"):
+            register_source(type("Other", (Synthetic,), {"name": "other", "option": option})())
+
+
+@pytest.mark.usefixtures("_registries")
+def test_replacing_registered_sources_and_models():
+    kind = type("Other", (Synthetic,), {"name": "other", "option": "other"})
+    spec = replace(MODELS["erd"], name="other")
+    for register, entry, registry in ((register_source, kind(), SOURCES), (register_model, spec, MODELS)):
+        register(entry)
+        with pytest.raises(ValueError, match=r" 'other' is registered already$"):
+            register(entry)
+        register(copy(entry), replace=True)
+        assert registry["other"] is not entry
+        with pytest.raises(ValueError, match=r" is registered already$"):
+            register(next(iter(registry.values())), replace=True)
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"name": "synthetic", "option": "other"}, "the source 'synthetic' is registered already"),
-        ({"name": "other", "option": "h36m"}, "source: another source has the option --h36m"),
+        ({"name": "other", "option": "h36m"}, "source: option: --h36m is the option of another source; choose another"),
+        ({"name": "other", "option": "other", "description": "100 %"}, "source: description: expected text without %"),
         ({"name": "Other"}, "source: name: expected lower-case letters, digits and hyphens, got 'Other'"),
         ({"name": "other", "option": "--o"}, "source: option: expected lower-case letters"),
     ],
@@ -134,6 +174,18 @@ def test_a_source_with_the_option_of_a_command(monkeypatch, capsys):
 def test_invalid_registrations(changes, message):
     with pytest.raises(ValueError, match=f"^{message}"):
         register_source(type("Other", (Synthetic,), changes)())
+
+
+def test_registrations_of_other_types():
+    for changes in ({"name": 1}, {"name": "other", "option": None}, {"name": "other", "description": b"bytes"}):
+        with pytest.raises(TypeError, match=rf"^source: {[*changes][-1]}: expected text, got "):
+            register_source(type("Other", (Synthetic,), changes)())
+    for name in ("manifold", "-other"):
+        with pytest.raises(ValueError, match=rf"^spec: name: expected another name for .* got '{name}'$"):
+            register_model(replace(MODELS["erd"], name=name))
+    for changes in ({"build": None}, {"recipe": {}}):
+        with pytest.raises(TypeError, match=rf"^spec: {next(iter(changes))}: expected a"):
+            register_model(replace(MODELS["erd"], name="other", **changes))
     with pytest.raises(TypeError, match=r"^source: expected an npss_baselines\.data\.Source, got"):
         register_source(PoseSource)
     with pytest.raises(TypeError, match=r"^spec: expected a ModelSpec, got 'erd'"):
@@ -141,9 +193,8 @@ def test_invalid_registrations(changes, message):
 
 
 @pytest.mark.parametrize("kind", [Callable, type, object, list, tuple[Callable, ...], int | type, Recipe])
-def test_a_configuration_holds_plain_data(monkeypatch, kind):
+def test_a_configuration_holds_plain_data(kind):
     """A file that names a function or a class would have it imported."""
-    monkeypatch.setattr(MODELS, "_entries", dict(MODELS))
     config = make_dataclass("Config", [("units", int, 3), ("act", kind, None)])()
     with pytest.raises(TypeError, match=r"^spec: config: act: expected plain data, got the type "):
         register_model(replace(MODELS["erd"], name="other", config=config))
@@ -151,8 +202,8 @@ def test_a_configuration_holds_plain_data(monkeypatch, kind):
         register_model(replace(MODELS["erd"], name="other", config=type(config)))
 
 
-def test_configurations_of_the_models_are_plain_data(monkeypatch):
-    monkeypatch.setattr(MODELS, "_entries", dict(MODELS))
+@pytest.mark.usefixtures("_registries")
+def test_configurations_of_the_models_are_plain_data():
     for name, spec in list(MODELS.items()):
         register_model(replace(spec, name=f"other-{name}"))
 

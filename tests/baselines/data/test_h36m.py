@@ -262,7 +262,7 @@ class TestTestWindows:
             assert np.array_equal(both, clips[place.clip][place.start : place.start + 150])
 
     def test_bad_arguments(self, made):
-        with pytest.raises(ValueError, match="^protocol: expected one of srnn-8, srnn-8-late, random-256, got 'all'"):
+        with pytest.raises(ValueError, match=r"^protocol: expected one of srnn-8, srnn-8-late, random-256, got 'all'"):
             next(Human36M().tasks(made, ["walking"], "all"))
         with pytest.raises(FileNotFoundError, match=r"lacks S5/eating_1.txt S5/eating_2.txt$"):
             next(Human36M().tasks(made, ["eating"]))

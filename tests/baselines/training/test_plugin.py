@@ -2,15 +2,18 @@
 
 import json
 import sys
+from contextlib import contextmanager
 
 import pytest
 
 from npss import plugins
 from npss_baselines.__main__ import main
 from npss_baselines.models import MODELS
+from registered import restored
 
 PLUGIN = """\
 from npss_baselines.models import MODELS
+from registered import restored
 from trainings import TINY
 
 MODELS.register("tiny", TINY)
@@ -18,12 +21,19 @@ MODELS.register("tiny", TINY)
 OPTIONS = ["--data", "synthetic", "--iterations", "3", "--recipe.batch", "2", "--device", "cpu"]
 
 
-def forget():
-    """Simulate a process that has not imported the plugin."""
+@contextmanager
+def process():
+    """Simulate a process of its own: forget the plugin afterwards."""
+    with restored(MODELS):
+        yield
     sys.modules.pop("my_model", None)
-    MODELS._entries.pop("tiny", None)
-    MODELS._plugins.pop("tiny", None)
     plugins._named.clear()
+
+
+@pytest.fixture(autouse=True)
+def _process():
+    with process():
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -34,10 +44,9 @@ def run(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setattr(sys, "path", list(sys.path))
-        assert main(["train", "tiny", *OPTIONS, "--out", "run", "--plugin", "my_model"]) == 0
-        forget()
+        with process():
+            assert main(["train", "tiny", *OPTIONS, "--out", "run", "--plugin", "my_model"]) == 0
         yield folder / "run"
-        forget()
 
 
 def test_the_configuration_names_the_plugin(run):
@@ -67,7 +76,6 @@ def test_without_the_option_commands_stop_and_print_it(capsys, run, arguments):
     assert "my_model" not in sys.modules
     assert main([*arguments[:1], "--plugin", "my_model", *arguments[1:]]) == 0
     assert "my_model" in sys.modules
-    forget()
 
 
 def test_the_resume_command_names_the_plugin(capsys, run, monkeypatch):
@@ -80,4 +88,3 @@ def test_the_resume_command_names_the_plugin(capsys, run, monkeypatch):
     with pytest.raises(SystemExit):
         main(["--plugin", "my_model", "train", "tiny", *OPTIONS, "--out", "interrupted"])
     assert capsys.readouterr().err.endswith("train --resume --out interrupted --device cpu --plugin my_model\n")
-    forget()

@@ -10,7 +10,7 @@ from command_line import run, samples
 from npss.files import FORMATS, Format, in_memory, listed, read_json, register_format, suffixes, write_samples
 from npss.files._samples import read_pair, read_poses
 from npss.records import measure
-from registered import registered
+from registered import registered, restored
 
 
 @pytest.fixture
@@ -141,13 +141,11 @@ def test_records(capsys, tmp_path, poses):
 class TestRegistration:
     def test_every_suffix_is_registered(self):
         form = Format((".one", ".two"), array=np.load)
-        try:
+        with restored(FORMATS):
             register_format(form)
             assert FORMATS[".one"] is FORMATS[".two"] is form
             register_format(Format((".two",), array=np.load), replace=True)
             assert FORMATS[".two"] is not form
-        finally:
-            del FORMATS._entries[".one"], FORMATS._entries[".two"]
 
     def test_none_is_replaced(self):
         with pytest.raises(ValueError, match=r"^the suffix '\.npz' is registered already$"):
