@@ -62,7 +62,9 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--key", metavar="NAME", help="score only the arrays of this name (default: all)")
     parser.add_argument("--representation", metavar="NAME", help="state in the signature what the features are")
     parser.add_argument("--protocol", metavar="NAME", help="state in the signature which test windows these are")
-    parser.add_argument("--fps", type=float, help="frames per second; required by --edges-ms and --at-ms")
+    parser.add_argument(
+        "--fps", type=float, metavar="N", help="state the frames per second, which --edges-ms and --at-ms need"
+    )
     parser.add_argument(
         "--edges-ms",
         type=float,

@@ -26,13 +26,14 @@ def add_parser(commands: Any) -> None:
     parser: argparse.ArgumentParser = commands.add_parser(
         "evaluate",
         help="score predictors on test windows",
-        description="Score predictors on test windows: NPSS under every convention, and the Euler error.",
+        description="Score predictors on test windows: NPSS under every convention, and the Euler error. "
+        "Give models before the options.",
     )
     parser.add_argument(
         "models",
         nargs="*",
         metavar="MODEL",
-        help=f"{', '.join(PREDICTORS)}, or the folder of a trained model (default: all of these predictors)",
+        help=f"{', '.join(PREDICTORS)}, or the folder of a trained model (default: all these predictors)",
     )
     add_task_options(parser)
     parser.add_argument(
@@ -40,17 +41,21 @@ def add_parser(commands: Any) -> None:
         type=int,
         default=1,
         metavar="N",
-        help="average a trained model over this number of draws; the paper's tables use 30 (default: %(default)s)",
+        help="average a trained model over N draws; the paper's tables use 30 (default: %(default)s)",
     )
     parser.add_argument(
-        "--seed", type=int, default=0, help="seed for the noise of trained models (default: %(default)s)"
+        "--seed",
+        type=int,
+        default=0,
+        metavar="N",
+        help="set the random seed for the noise of trained models (default: %(default)s)",
     )
     parser.add_argument(
         "--unwrap",
         choices=("off", "target", "seed"),
         default="off",
-        help="where to remove jumps of 2 pi before NPSS: nowhere, as published; in the target frames; or from the seed "
-        "frames on (default: %(default)s)",
+        help="remove jumps of 2 pi before NPSS: off: nowhere, as published; target: in the target frames; seed: from "
+        "the seed frames on (default: %(default)s)",
     )
     add_metrics(parser)
     parser.add_argument(
@@ -62,7 +67,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--format",
         choices=("table", "json", "markdown"),
-        help="output format (default: table on a terminal, else json)",
+        help="set the format of the output (default: table on a terminal, else json)",
     )
     parser.set_defaults(run=run)
 

@@ -17,7 +17,8 @@ from npss_baselines.data.tasks import Task
 
 _DESCRIPTION = """\
 Rank predictors and prediction files on the same test windows: Euler error and NPSS with intervals, and marks on
-differences beyond chance. Needs pandas; --report also needs matplotlib (extras pandas and plot of npss-metric).
+differences beyond chance. Give models before the options. Needs pandas; --report also needs matplotlib (extras pandas
+and plot of npss-metric).
 """
 
 
@@ -31,13 +32,13 @@ def add_parser(commands: Any) -> None:
         nargs="*",
         metavar="MODEL",
         help=f"{', '.join(PREDICTORS)}, a file of samples ({listed('samples')}), or the folder of a trained model "
-        "(default: all of these predictors)",
+        "(default: all these predictors)",
     )
     add_task_options(parser)
     add_leaderboard_options(parser)
     add_metrics(parser)
-    parser.add_argument("--manifold", type=Path, metavar="RUN", help="folder of the manifold that computes metric G")
-    parser.add_argument("--report", type=Path, metavar="FILE", help="write a full report, an HTML page")
+    parser.add_argument("--manifold", type=Path, metavar="RUN", help="compute metric G by the manifold in this folder")
+    parser.add_argument("--report", type=Path, metavar="FILE", help="also write a full report on one HTML page to FILE")
     parser.set_defaults(run=run)
 
 

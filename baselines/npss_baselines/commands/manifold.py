@@ -39,22 +39,22 @@ def add_parser(commands: Any) -> None:
     applications = parser.add_subparsers(title="applications", required=True, metavar="APPLICATION")
     for application, summary in _RESTORE.items():
         restore = _add(applications, application, summary, run_restoration)
-        restore.add_argument("--clip", metavar="CLIP", help="clip of a held-out subject to draw (default: the first)")
+        restore.add_argument("--clip", metavar="CLIP", help="draw this clip of a held-out subject (default: the first)")
         restore.set_defaults(application=application)
     interpolate = _add(applications, "interpolate", "interpolate two motions in the hidden space", run_interpolation)
     interpolate.add_argument(
         "--clips",
         nargs=2,
         metavar="CLIP",
-        help="clips to interpolate (default: pairs of held-out windows; in the picture, 13_30 and a walk)",
+        help="interpolate these clips (default: pairs of held-out windows; in the picture, 13_30 and a walk)",
     )
     _add(applications, "sample", "sample motion from random codes", run_sampling)
     filters = _add(applications, "filters", "show the motion of single hidden units", run_filters)
     filters.add_argument(
-        "--units", nargs="+", type=int, metavar="N", help="units to draw (default: those that vary most)"
+        "--units", nargs="+", type=int, metavar="N", help="draw these hidden units (default: those that vary most)"
     )
     distance = _add(applications, "distance", "measure the distance G of two clips", run_distance)
-    distance.add_argument("clips", nargs=2, metavar="CLIP")
+    distance.add_argument("clips", nargs=2, metavar="CLIP", help="the names of two clips")
     nearest = _add(
         applications,
         "nearest",
@@ -62,7 +62,7 @@ def add_parser(commands: Any) -> None:
         run_nearest,
     )
     nearest.add_argument("--clip", metavar="CLIP", help="list the clips nearest to this clip")
-    nearest.add_argument("-n", type=int, default=5, metavar="N", help="number of clips to list (default: %(default)s)")
+    nearest.add_argument("-n", type=int, default=5, metavar="N", help="list N clips (default: %(default)s)")
     table = _add(applications, "table", "measure all applications", run_table, several=True)
     table.add_argument("--pictures", type=Path, metavar="DIR", help="also write every picture to this folder")
 
@@ -71,17 +71,19 @@ def _add(applications: Any, name: str, summary: str, run: Any, *, several: bool 
     parser: argparse.ArgumentParser = applications.add_parser(
         name, help=summary, description=f"{summary[0].upper()}{summary[1:]}."
     )
-    parser.add_argument("runs", nargs="+" if several else 1, type=Path, metavar="RUN", help="folder of a run")
+    parser.add_argument("runs", nargs="+" if several else 1, type=Path, metavar="RUN", help="the folder of a run")
     add_folder_options(parser, SOURCES.values(), environment=False)
     parser.add_argument(
         "--cache", type=Path, metavar="DIR", help="cache prepared motion in this folder, to load it faster"
     )
     parser.add_argument("--quick", action="store_true", help="use a small part of the data, to try things out")
-    parser.add_argument("--seed", type=int, default=0, help="seed of all random choices (default: %(default)s)")
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="set the seed of all random choices (default: %(default)s)"
+    )
     parser.add_argument(
         "--format",
         choices=("table", "json", "markdown"),
-        help="output format (default: table on a terminal, else json)",
+        help="set the format of the output (default: table on a terminal, else json)",
     )
     if not several:
         parser.add_argument(

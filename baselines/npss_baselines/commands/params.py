@@ -58,7 +58,9 @@ def add_parser(commands: Any) -> None:
         description="Count the models' parameters, beside the counts in Table 1 of the NPSS paper.",
     )
     parser.add_argument(
-        "--format", choices=("table", "json"), help="output format (default: table on a terminal, else json)"
+        "--format",
+        choices=("table", "json"),
+        help="set the format of the output (default: table on a terminal, else json)",
     )
     parser.set_defaults(run=run)
 

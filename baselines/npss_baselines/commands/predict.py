@@ -23,10 +23,16 @@ def add_parser(commands: Any) -> None:
     parser: argparse.ArgumentParser = commands.add_parser(
         "predict", help="write a trained model's predictions to a file", description=_DESCRIPTION
     )
-    parser.add_argument("folder", type=Path, metavar="RUN", help="folder of the run")
+    parser.add_argument("folder", type=Path, metavar="RUN", help="the folder of a run")
     add_task_options(parser)
-    parser.add_argument("--out", type=Path, metavar="FILE", required=True, help=f"file to write, {listed('write')}")
-    parser.add_argument("--seed", type=int, default=0, help="seed for the model's noise, if any (default: %(default)s)")
+    parser.add_argument("--out", type=Path, metavar="FILE", required=True, help=f"write to this {listed('write')} file")
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=0,
+        metavar="N",
+        help="set the random seed for the model's noise, if any (default: %(default)s)",
+    )
     parser.set_defaults(run=run)
 
 

@@ -27,7 +27,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--format",
         choices=("table", "json", "markdown"),
-        help="output format (default: table on a terminal, else json)",
+        help="set the format of the output (default: table on a terminal, else json)",
     )
     parser.add_argument(
         "-o",

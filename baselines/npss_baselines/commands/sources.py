@@ -23,7 +23,11 @@ def add_folder_options(
             variable = source.environment if environment else ""
             default = f" (default: the environment variable {variable})" if variable else ""
             parser.add_argument(
-                f"--{source.option}", dest=source.option, type=Path, metavar="DIR", help=source.description + default
+                f"--{source.option}",
+                dest=source.option,
+                type=Path,
+                metavar="DIR",
+                help=f"read {source.description}{default}",
             )
 
 
@@ -46,7 +50,9 @@ def add_pose_source(parser: argparse.ArgumentParser) -> None:
     add_folder_options(group, sources)
     for source in sources:
         if source.generated:
-            group.add_argument(f"--{source.option}", dest=source.option, action="store_true", help=source.description)
+            group.add_argument(
+                f"--{source.option}", dest=source.option, action="store_true", help=f"use {source.description}"
+            )
 
 
 def pose_source_of(options: argparse.Namespace, default: str | None = None) -> tuple[PoseSource, Path]:
@@ -97,14 +103,14 @@ def add_task_options(parser: argparse.ArgumentParser) -> None:
         "--actions",
         nargs="+",
         metavar="ACTION",
-        help=f"actions to predict, given after the models (default: {defaults})",
+        help=f"predict these actions (default: {defaults})",
     )
     parser.add_argument(
         "--windows",
         dest="protocol",
         choices=[protocol for source in sources for protocol in source.protocols],
-        help="test windows; of Human3.6M, srnn-8: the eight of published tables; srnn-8-late: the same, one frame "
-        "later; random-256: 256 random ones (default: the source's first)",
+        help="choose the test windows; of Human3.6M, srnn-8: the eight of published tables; srnn-8-late: the same, one "
+        "frame later; random-256: 256 random ones (default: the source's first)",
     )
 
 

@@ -157,7 +157,7 @@ def _described(data: config.Data) -> str:
 
 def _add_options(parser: AnyParser) -> AnyParser:
     """Add the options that are not fields of the configuration."""
-    parser.add_argument("--out", type=Path, metavar="RUN", help="folder of the run, created if missing")
+    parser.add_argument("--out", type=Path, metavar="RUN", help="write the run to this folder, created if missing")
     add_folder_options(parser, SOURCES.values(), environment=False)
     parser.add_argument(
         "--cache", type=Path, metavar="DIR", help="cache prepared motion in this folder, to load it faster"
@@ -165,8 +165,10 @@ def _add_options(parser: AnyParser) -> AnyParser:
     parser.add_argument(
         "--quick", action="store_true", help="use a small part of the data and few epochs, to try things out"
     )
-    parser.add_argument("--recipe", choices=tuple(RECIPES), help="settings to start from (default: default)")
-    parser.add_argument("--depth", type=int, choices=(1, 2, 3), help="number of layers to train (default: 3)")
+    parser.add_argument(
+        "--recipe", choices=tuple(RECIPES), help="start from the settings of this recipe (default: default)"
+    )
+    parser.add_argument("--depth", type=int, choices=(1, 2, 3), metavar="N", help="train N layers, 1 to 3 (default: 3)")
     parser.add_argument("--config", type=Path, metavar="FILE", help=f"start from this configuration, a {FILE}")
     parser.add_argument("--resume", action="store_true", help="resume an interrupted run, or start it")
     launch.add_device(parser)

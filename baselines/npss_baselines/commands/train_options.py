@@ -202,23 +202,23 @@ def options_of(
 
 def _add_options(parser: AnyParser) -> AnyParser:
     """Add the options that a configuration does not hold."""
-    parser.add_argument("--out", type=Path, metavar="RUN", help="folder of the run, created if missing")
+    parser.add_argument("--out", type=Path, metavar="RUN", help="write the run to this folder, created if missing")
     parser.add_argument("--config", type=Path, metavar="FILE", help=f"start from this configuration, a {FILE}")
     parser.add_argument(
         "--iterations",
         type=int,
         metavar="N",
-        help="number of iterations; all schedules are scaled in proportion (default: the recipe's)",
+        help="train for N iterations, all schedules in proportion (default: the recipe's)",
     )
     parser.add_argument(
         "--seeds",
         nargs="+",
         type=int,
         metavar="SEED",
-        help="train one run per seed, all at once, in folders below --out",
+        help="train one run for each seed, all at once, in folders below --out",
     )
     parser.add_argument(
-        "--apart", action="store_true", help="train one model per action, all at once, in folders below --out"
+        "--apart", action="store_true", help="train one model for each action, all at once, in folders below --out"
     )
     parser.add_argument("--resume", action="store_true", help="resume an interrupted run, or start it")
     add_folder_options(parser, pose_sources().values())

@@ -50,7 +50,7 @@ class CMU(Source):
     """The clips of CMU that `clips.csv` describes."""
 
     name = "cmu"
-    description = "folder of CMU clips: clips.csv, 01/01_01.bvh ..."
+    description = "the folder of CMU clips: clips.csv, 01/01_01.bvh ..."
     test_subjects = ("02", "14")
     validation_subjects = ("08", "12")
 
@@ -74,7 +74,7 @@ class CMUStyles(Source):
     """More clips of CMU, without subjects: dances and martial arts."""
 
     name = "cmu-styles"
-    description = "folder of more CMU clips: indian/04.bvh, salsa/03.bvh ..."
+    description = "the folder of more CMU clips: indian/04.bvh, salsa/03.bvh ..."
     option = "styles"
     vocabulary = "cmu"
 

@@ -25,7 +25,7 @@ class Human36M(PoseSource):
     """A user's copy of Human3.6M."""
 
     name = "h36m"
-    description = "folder of Human3.6M, with dataset/ in it"
+    description = "the folder of Human3.6M, with dataset/ in it"
     environment = "NPSS_H36M"
     y_up = False
     actions = ACTIONS

@@ -27,7 +27,7 @@ class Source(ABC):
     name : str
         The name in configurations and clips: lower-case letters, digits and hyphens.
     description : str
-        The help of the option, such as ``"folder of our walks"``.
+        What the source is, for help and errors: a noun phrase such as ``"the folder of our walks"``.
     generated : bool
         Whether the source needs no files. If so, its option is a flag.
     environment : str

@@ -28,7 +28,7 @@ class Synthetic(PoseSource):
     """
 
     name = "synthetic"
-    description = "generated gait, which needs no data"
+    description = "a generated gait, which needs no data"
     generated = True
     actions = (GAIT,)
     validation_subjects = (2, 3)  # for the manifold, like those below

@@ -246,27 +246,31 @@ def parser_of(name: str) -> jsonargparse.ArgumentParser:
     )
     sources = pose_sources()
     described = "; ".join(f"{name}: {source.description}" for name, source in sources.items())
-    parser.add_argument("--data", choices=tuple(sources), default=DATA, help=f"source of motion: {described}")
+    parser.add_argument(
+        "--data", choices=tuple(sources), default=DATA, help=f"choose the source of motion: {described}"
+    )
     parser.add_argument(
         "--actions",
         "--action",
         nargs="+",
         metavar="ACTION",
-        help="actions to train on, or all (default: the source's first)",
+        help="train on these actions, or all (default: the source's first)",
     )
     parser.add_argument(
         "--subjects",
         nargs="+",
         type=str | int,
         metavar="S",
-        help="subjects to train on (default: all training subjects)",
+        help="train on these subjects (default: all training subjects)",
     )
-    parser.add_argument("--seed", type=int, default=0, help="seed for the initial weights and every iteration")
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="set the seed of the initial weights and every iteration"
+    )
     parser.add_argument(
         "--select",
         choices=SELECT,
         default=SELECT[0],
-        help="weights to keep: the best on validation windows, by NPSS of that convention or by Euler error; or the "
+        help="keep these weights: the best on validation windows, by NPSS of that convention or by Euler error; or the "
         "last",
     )
     parser.add_argument(
@@ -279,7 +283,7 @@ def parser_of(name: str) -> jsonargparse.ArgumentParser:
         "--validate-on",
         nargs="+",
         metavar="ACTION",
-        help="actions to validate on when test-subject files are missing (default: all)",
+        help="validate on these actions, if test-subject files of others are missing (default: all)",
     )
     parser.add_argument(
         "--validate-every",

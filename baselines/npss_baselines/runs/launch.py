@@ -29,7 +29,7 @@ def add_device(parser: argparse.ArgumentParser) -> None:
         "--device",
         choices=("auto", "cpu", "cuda"),
         default="auto",
-        help="auto: cuda if available, else cpu (default: %(default)s)",
+        help="train on this device; auto: cuda if available, else cpu (default: %(default)s)",
     )
 
 

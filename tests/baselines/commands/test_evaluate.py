@@ -109,7 +109,7 @@ class TestSynthetic:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "give --h36m DIR (folder"),
+        ((), "give --h36m DIR (the folder"),
         (("--synthetic", "--actions", "walking"), "--actions: expected one of gait, got 'walking'"),
         (("--synthetic", "zero-speed"), "'zero-speed' is neither one of zero-velocity"),
         (("--h36m", "nowhere"), "nowhere"),

@@ -282,7 +282,9 @@ class TestCommand:
     def test_data_are_required(self, run):
         status, out, err = run()
         assert (status, out) == (2, "")
-        assert "no source of motion: give --h36m DIR (folder of Human3.6M, with dataset/ in it) or --synthetic" in err
+        assert (
+            "no source of motion: give --h36m DIR (the folder of Human3.6M, with dataset/ in it) or --synthetic" in err
+        )
 
 
 SMALL = synthetic_motion(1)

@@ -565,7 +565,7 @@ def test_help_names_models_and_their_fields(capsys):
         (["train", "--help"], "vgru-d, gru-d"),
         (["train", "tiny", "-h"], "--model.units"),
         (["train", "-h"], "seed for the initial weights and every iteration (default: 0)"),
-        (["train", "-h"], "--out RUN folder of the run, created if missing --config"),
+        (["train", "-h"], "--out RUN write the run to this folder, created if missing --config"),
         (["--help"], "train a model"),
     ):
         with pytest.raises(SystemExit) as done:
@@ -710,7 +710,7 @@ def test_commands_refuse_bad_input(run, tmp_path, capsys, monkeypatch):
     for wrong, message in (
         (
             ["train", "tiny", "--out", tmp_path / "new"],
-            "no source of motion: give --h36m DIR (folder of Human3.6M, with dataset/ in it) or --data synthetic",
+            "no source of motion: give --h36m DIR (the folder of Human3.6M, with dataset/ in it) or --data synthetic",
         ),
         (
             ["predict", tmp_path / "nowhere", "--out", "x.h5"],

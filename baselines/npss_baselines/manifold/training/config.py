@@ -229,13 +229,24 @@ def parser_of(default: Configuration) -> jsonargparse.ArgumentParser:
         parser_mode="json",
         formatter_class=HelpFormatter,
     )
-    parser.add_argument("--scale", choices=SCALES, help="features that share a scale")
-    parser.add_argument("--size", type=float, help="standard deviation of scaled features; for none, a factor")
-    parser.add_argument("--loss", choices=LOSSES, help="reduction of the squared errors in a window")
-    parser.add_argument("--start", choices=INITIALIZATIONS, help="initial weights")
-    parser.add_argument("--seed", type=int, help="seed of the initial weights and of training")
     parser.add_argument(
-        "--select", choices=SELECT, help="weights to keep: the best on validation subjects, or the last"
+        "--scale",
+        choices=SCALES,
+        help="scale no features, all alike (global), those of a kind alike, or each by itself",
+    )
+    parser.add_argument(
+        "--size",
+        type=float,
+        metavar="STD",
+        help="scale features to this standard deviation; with none, multiply them by it",
+    )
+    parser.add_argument(
+        "--loss", choices=LOSSES, help="reduce the squared errors in a window to their mean or their sum"
+    )
+    parser.add_argument("--start", choices=INITIALIZATIONS, help="initialise weights in this way")
+    parser.add_argument("--seed", type=int, metavar="N", help="set the seed of the initial weights and of training")
+    parser.add_argument(
+        "--select", choices=SELECT, help="keep these weights: the best on validation subjects, or the last"
     )
     for name in ("model", "layers", "whole"):
         parser.add_argument(f"--{name}", type=type(getattr(default, name)), default=getattr(default, name))

@@ -23,14 +23,14 @@ class Stage:
     batch : int
         Windows in a batch.
     optimizer : {'adam', 'sgd'}
-        The optimiser; SGD has no momentum.
+        Optimiser: adam, or sgd without momentum.
     lr : float
-        The initial learning rate.
+        Initial learning rate.
     lr_schedule : {'epochs', 'cosine'}
-        ``'epochs'`` multiplies the rate by `lr_decay` after each epoch; ``'cosine'`` is half a cosine, from `lr` to
-        zero.
+        Learning-rate schedule: epochs multiplies by `lr_decay` after each epoch; cosine falls from `lr` to zero along
+        half a cosine.
     lr_decay : float
-        The factor, at most 1.
+        Factor after each epoch, at most 1.
     clip_norm : float or None
         Largest norm of the gradient.
     corruption : float
@@ -41,7 +41,7 @@ class Stage:
     sparsity : float
         Weight of the magnitudes of the hidden units in the loss.
     unpool : {'even', 'random'}
-        Unpooling: as the network is configured, or at random.
+        Unpooling: even, as the network is configured; or random.
 
     Raises
     ------
