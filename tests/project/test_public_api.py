@@ -31,7 +31,8 @@ for _name in PUBLIC:
 
 def public_names(name):
     """Read `__all__` without importing the module, whose dependencies can be missing."""
-    path = Path(npss.__file__).parents[1].joinpath(*name.split("."))
+    package = npss if name.partition(".")[0] == "npss" else npss_baselines
+    path = Path(package.__file__).parents[1].joinpath(*name.split("."))
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     values = [
         node.value
@@ -64,23 +65,43 @@ def documented_names():
 
 def test_documentation_matches_all():
     documented = documented_names()
-    assert set(documented) == set(PUBLIC)
-    for name in PUBLIC:
-        submodules = {module.rpartition(".")[2] for module in PUBLIC if module.rpartition(".")[0] == name}
+    assert {name for name in documented if name.partition(".")[0] == "npss"} == set(PUBLIC)
+    assert {*BASELINES} <= set(documented)
+    for name in documented:
+        submodules = {module.rpartition(".")[2] for module in documented if module.rpartition(".")[0] == name}
         names = set(public_names(name))
         elsewhere = {"Interval"} if name == "npss.study" else set()  # documented as npss.Interval
         assert documented[name] - submodules == names - submodules - elsewhere, name
 
 
-@pytest.mark.parametrize("name", PUBLIC)
+#: Public modules of npss_baselines: those with `__all__`.
+BASELINES = [name for name in MODULES if name.startswith("npss_baselines.") and public_names(name)]
+
+
+@pytest.mark.parametrize("name", [*PUBLIC, *BASELINES])
 def test_public_names_are_sorted_and_exist(name):
     names = public_names(name)
     assert names
     assert names == sorted(names, key=lambda name: (not name.isupper(), not name[0].isupper(), name))
-    if name.startswith("npss.torch"):
+    if name.startswith(("npss.torch", "npss_baselines.")):
         pytest.importorskip("torch")
     module = importlib.import_module(name)
     assert all(hasattr(module, name) for name in names)
+
+
+@pytest.mark.parametrize("name", BASELINES)
+def test_public_functions_of_baselines_have_docstring_sections(name):
+    pytest.importorskip("torch")
+    module = importlib.import_module(name)
+    functions = [getattr(module, name) for name in public_names(name) if inspect.isfunction(getattr(module, name))]
+    for function in functions:
+        returns = inspect.signature(function).return_annotation not in ("None", None)
+        sections = [
+            *["Parameters"] * bool(inspect.signature(function).parameters),
+            *["Returns"] * returns,
+            *["Raises"] * any(isinstance(node, ast.Raise) for node in ast.walk(ast.parse(inspect.getsource(function)))),
+        ]
+        assert [section for section in sections if f"\n{section}\n---" not in inspect.getdoc(function)] == [], function
 
 
 def test_baselines_import_only_public_names():

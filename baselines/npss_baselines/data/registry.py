@@ -69,5 +69,11 @@ def register_source(source: Source, *, replace: bool = False) -> None:
 
 
 def pose_sources() -> dict[str, PoseSource]:
-    """Return the sources that models can predict, by name."""
+    """Return the sources that models can predict.
+
+    Returns
+    -------
+    dict of str to PoseSource
+        The sources by name, in the order of registration.
+    """
     return {name: source for name, source in SOURCES.items() if isinstance(source, PoseSource)}

@@ -15,6 +15,8 @@ from npss_baselines.data.tasks import Task
 from npss_baselines.evaluation.evaluate import evaluate
 from npss_baselines.runs import folder
 
+__all__ = ["evaluate_run", "over_draws"]
+
 
 def evaluate_run(
     path: Path,
@@ -69,6 +71,16 @@ def evaluate_run(
 
 def over_draws(records: Sequence[Record]) -> Record:
     """Average records of the same model and task over draws.
+
+    Parameters
+    ----------
+    records : sequence of dict
+        A record of `evaluate` for each draw.
+
+    Returns
+    -------
+    dict
+        A record as of `evaluate_run`, with several draws.
 
     Examples
     --------

@@ -9,6 +9,8 @@ from npss.predictors import Predictor
 from npss.records import Record, Unwrapped, measure
 from npss_baselines.data.tasks import Task
 
+__all__ = ["EDGES_MS", "evaluate"]
+
 EDGES_MS = (0, 1000, 2000, 4000)  # of table 5 of the NPSS paper
 
 

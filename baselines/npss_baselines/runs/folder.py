@@ -18,6 +18,8 @@ from npss_baselines.runs.config import Configuration
 from npss_baselines.runs.fitted import FittedRun
 from npss_baselines.runs.predictor import ModelPredictor
 
+__all__ = ["Run", "load", "predictor_of"]
+
 _PART = "model"  # of the file of weights
 
 
@@ -73,6 +75,16 @@ def predictor_of(path: Path, action: str, *, seed: Seed) -> ModelPredictor | Fit
         An action that the model was trained on.
     seed : int or numpy.random.Generator
         Source of the noise; each call of the predictor is another draw.
+
+    Returns
+    -------
+    ModelPredictor
+        The predictor.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        As `load` and `Run.predictor`.
     """
     return load(path).predictor(action, seed=seed)
 

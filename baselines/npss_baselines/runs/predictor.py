@@ -12,6 +12,8 @@ from npss.protocol import Normalization
 from npss.validation import Array, Seed, check_finite, generator, positive_integer, renamed
 from npss_baselines.models.base import MotionModel
 
+__all__ = ["ModelPredictor"]
+
 
 @dataclass(frozen=True)
 class ModelPredictor:

@@ -564,7 +564,7 @@ def test_help_names_models_and_their_fields(capsys):
     for options, expected in (
         (["train", "--help"], "vgru-d, gru-d"),
         (["train", "tiny", "-h"], "--model.units"),
-        (["train", "-h"], "seed for the initial weights and every iteration (default: 0)"),
+        (["train", "-h"], "set the seed of the initial weights and every iteration (default: 0)"),
         (["train", "-h"], "--out RUN write the run to this folder, created if missing --config"),
         (["--help"], "train a model"),
     ):

@@ -25,6 +25,8 @@ from npss.validation import (
     renamed,
 )
 
+__all__ = ["Corrupted", "branch", "kinect", "missing", "stepped_keys", "zeros"]
+
 #: Share of values that `zeros` loses, and frames between the keys of `stepped_keys`, as in the paper.
 LOST, EVERY = 0.5, 15
 #: Noise of the simulated camera: standard deviations per frame of coordinates and the root's position, in body heights,
@@ -225,6 +227,18 @@ def kinect(features: npt.ArrayLike, skeleton: Skeleton, *, seed: Seed) -> Corrup
 
 def branch(skeleton: Skeleton, name: str) -> list[int]:
     """Return a joint and all joints below it.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        The skeleton.
+    name : str
+        The name of the joint.
+
+    Returns
+    -------
+    list of int
+        The indices of the joints, in the order of the skeleton.
 
     Raises
     ------

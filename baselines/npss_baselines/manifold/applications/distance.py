@@ -18,6 +18,8 @@ from npss_baselines.manifold.motion.dataset import prepare
 if TYPE_CHECKING:
     from npss_baselines.manifold.model.projector import Projector  # imports torch
 
+__all__ = ["extremes", "g", "g_of_poses", "metric_of"]
+
 _JOINTS = [H36M.names.index(name) for name in NAMES]
 
 
@@ -139,7 +141,18 @@ def g_of_poses(projector: Projector, gt: npt.ArrayLike, pred: npt.ArrayLike, *, 
 
 
 def metric_of(projector: Projector) -> Metric:
-    """Return the metric of the distance G by a manifold, to register; see `npss.metrics`."""
+    """Return the metric of the distance G by a manifold, to register; see `npss.metrics`.
+
+    Parameters
+    ----------
+    projector : Projector
+        The manifold; its signature is in the signatures of the metric.
+
+    Returns
+    -------
+    Metric
+        The metric ``g``, of Human3.6M poses.
+    """
     return Metric(
         name="g",
         function=partial(g_of_poses, projector),

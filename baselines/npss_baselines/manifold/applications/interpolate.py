@@ -8,6 +8,8 @@ import numpy.typing as npt
 from npss.validation import Array, is_real, real_array
 from npss_baselines.manifold.model.projector import Projector
 
+__all__ = ["blend", "interpolate"]
+
 
 def blend(first: npt.ArrayLike, second: npt.ArrayLike, share: float) -> Array:
     """Blend motions or codes linearly: (1 - share) first + share second.
@@ -18,6 +20,11 @@ def blend(first: npt.ArrayLike, second: npt.ArrayLike, share: float) -> Array:
         Arrays of the same shape.
     share : float
         Share of the second, from 0 to 1.
+
+    Returns
+    -------
+    ndarray
+        The blend, of the same shape.
 
     Raises
     ------

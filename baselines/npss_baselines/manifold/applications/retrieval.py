@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from npss.validation import Float64, one_of
 
+__all__ = ["Retrieved", "auc", "chance", "closest_windows", "distances_of", "retrieve"]
+
 #: Clips with the query's label to find. Other clips with its label are removed from the ranking; all clips with other
 #: labels stay.
 MATCHES = ("any", "same subject", "other subject")
@@ -108,6 +110,16 @@ def retrieve(
 def chance(labels: Sequence[str], subjects: Sequence[str], *, matches: str = "any") -> Retrieved:
     """Return the expected result of `retrieve` for a random order, of each query.
 
+    Parameters
+    ----------
+    labels, subjects, matches
+        As for `retrieve`.
+
+    Returns
+    -------
+    Retrieved
+        The expected results.
+
     Notes
     -----
     With R matches among N ranked clips, a match has each rank k with equal probability. Of the k - 1 clips before it, a
@@ -178,6 +190,11 @@ def closest_windows(vectors: npt.ArrayLike, clip_of: npt.ArrayLike, n_clips: int
     (N, N) ndarray of float64
         Symmetric distances, zero on the diagonal.
 
+    Raises
+    ------
+    ValueError
+        If a clip has no window.
+
     Examples
     --------
     >>> closest_windows([[0.0], [5.0], [7.0]], [0, 0, 1], 2)
@@ -194,7 +211,18 @@ def closest_windows(vectors: npt.ArrayLike, clip_of: npt.ArrayLike, n_clips: int
 
 
 def distances_of(vectors: npt.ArrayLike) -> Float64:
-    """Compute the Euclidean distances ``(n, n)`` between all pairs of vectors ``(n, D)``."""
+    """Compute the Euclidean distances between all pairs of vectors.
+
+    Parameters
+    ----------
+    vectors : (n, D) array_like
+        The vectors.
+
+    Returns
+    -------
+    (n, n) ndarray of float64
+        Symmetric distances, zero on the diagonal.
+    """
     rows = np.asarray(vectors, np.float64)
     rows = rows - rows.mean(axis=0)  # for less cancellation
     # Vectors are long: a matrix product is much faster than differences.

@@ -8,6 +8,8 @@ import numpy.typing as npt
 from npss.validation import Array, Float64, Seed, generator, one_of, positive_integer, real_array, renamed
 from npss_baselines.manifold.model.projector import Projector
 
+__all__ = ["filter_motion", "sample_codes"]
+
 #: Distributions of codes. ``uniform``: each unit at each step uniformly from [-1, 1], the paper's prior. ``range``:
 #: uniformly between the unit's minimum and maximum in real motion. ``values``: from the unit's values in real motion.
 #: In all three, units and steps are independent.

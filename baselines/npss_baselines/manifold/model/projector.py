@@ -14,6 +14,8 @@ from npss.validation import Array, check_finite, positive_integer, real_array
 from npss_baselines.manifold.model.autoencoder import Autoencoder
 from npss_baselines.manifold.motion.scaling import Scaling
 
+__all__ = ["Manifold", "Projector"]
+
 _AT_ONCE = 64  # windows, to bound memory
 
 

@@ -18,6 +18,8 @@ from npss_baselines.manifold.motion.ground import level, on_ground
 from npss_baselines.manifold.motion.resample import resample
 from npss_baselines.manifold.motion.windows import left_out, windows_of
 
+__all__ = ["MotionSet", "prepare"]
+
 Float32 = npt.NDArray[np.float32]
 
 

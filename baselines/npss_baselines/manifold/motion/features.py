@@ -11,6 +11,8 @@ from npss.skeleton import Skeleton
 from npss.validation import Array, Float64, check_finite, each, real_array
 from npss_baselines.manifold.motion.joints import first_frame, joint_named, positions_of
 
+__all__ = ["local_positions", "to_features", "to_positions"]
+
 #: Frames per second of prepared motion.
 FPS = 30
 #: Pairs of joints, left and right, that define the facing direction.

@@ -13,6 +13,8 @@ from npss_baselines.data.motion import Clip
 from npss_baselines.manifold.motion.cache import cached
 from npss_baselines.manifold.motion.dataset import MotionSet, prepare
 
+__all__ = ["motion_set"]
+
 Root = str | os.PathLike[str]
 
 

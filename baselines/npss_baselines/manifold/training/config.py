@@ -19,9 +19,9 @@ from npss_baselines.manifold.model.initialization import INITIALIZATIONS
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.scaling import SCALES
 from npss_baselines.manifold.training.recipe import RECIPES, Recipe, Stage
-from npss_baselines.runs.config import FILE, NOTES, HelpFormatter, argument_error, check_fields, read_fields, write
-
-__all__ = ["FILE", "Configuration", "Data", "data_of", "read", "write"]
+from npss_baselines.runs.config import FILE as FILE
+from npss_baselines.runs.config import NOTES, HelpFormatter, argument_error, check_fields, read_fields
+from npss_baselines.runs.config import write as write
 
 NAME = "manifold"
 LOSSES = ("mean", "sum")

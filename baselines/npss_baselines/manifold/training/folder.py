@@ -16,6 +16,8 @@ from npss_baselines.manifold.training.config import Configuration
 from npss_baselines.runs import weights
 from npss_baselines.runs.config import file_in
 
+__all__ = ["Run", "load"]
+
 _PART = "network"  # name of the network in the weights file
 
 
