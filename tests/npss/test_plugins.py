@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from command_line import run
 from entry_points import declare
 from npss import plugins
+from npss.commands import main
 from npss.console._parser import split_plugins
 from npss.plugins import Registry
 
@@ -184,6 +186,67 @@ class TestLoad:
         status, out, err = run(capsys, "explain", SIGNATURE, "--plugin", name)
         assert (status, out) == (2, "")
         assert err == f"npss: error: {message.format(folder)}\n"
+
+
+BROKEN = """\
+import numpy as np
+from npss.metrics import Metric, register
+
+def broken(gt, pred):
+    {body}
+
+register(Metric(name="broken", function=broken, says="nothing"))
+"""
+
+
+@pytest.mark.usefixtures("registry")
+class TestErrors:
+    """An error in what a plugin registered names the plugin and the line."""
+
+    @pytest.fixture
+    def command(self, folder):
+        np.save(folder / "a.npy", np.arange(12.0).reshape(1, 4, 3))
+
+        def command(body):
+            write(folder, plugin_a=BROKEN.format(body=body))
+            return ["score", "a.npy", "a.npy", "--metrics", "broken", "--plugin", "plugin_a"]
+
+        return command
+
+    @pytest.mark.parametrize(
+        ("body", "message"),
+        [
+            ("raise ValueError('no luck')", "no luck"),
+            ("np.zeros(2) + np.zeros(3)", "operands could not be broadcast together with shapes (2,) (3,)"),
+            ("open('nowhere')", "nowhere: No such file or directory"),
+        ],
+    )
+    def test_expected_errors_are_one_line(self, capsys, folder, command, body, message):
+        status, out, err = run(capsys, *command(body))
+        assert (status, out) == (2, "")
+        where = f"(raised in the plugin plugin_a: {folder}/plugin_a.py, line 5)"
+        assert err == f"npss: error: {message} {where}\n"
+
+    def test_other_errors_keep_their_traceback(self, folder, command):
+        with pytest.raises(ZeroDivisionError) as caught:
+            main(command("1 / 0"))
+        assert caught.value.__notes__ == [f"(raised in the plugin plugin_a: {folder}/plugin_a.py, line 5)"]
+
+    def test_a_cause_counts(self, folder, command):
+        with pytest.raises(RuntimeError) as caught:
+            main(command("raise RuntimeError('wrapped')"))
+        with pytest.raises(OSError, match="outer") as outer:
+            raise OSError("outer") from caught.value
+        assert plugins.raised_by(outer.value) == f"raised in the plugin plugin_a: {folder}/plugin_a.py, line 5"
+
+    def test_an_error_of_the_library_names_no_plugin(self, capsys, folder, command):
+        status, _, err = run(capsys, *command("return [1.0]"), "--fps", "0", "--at-ms", "80")
+        assert (status, err) == (2, "npss: error: --fps: expected a positive, finite number, got 0.0\n")
+
+    def test_a_result_that_is_invalid_names_the_metric(self, capsys, command):
+        status, _, err = run(capsys, *command("return 'x'"))
+        assert status == 2
+        assert "broken" in err
 
 
 class TestInstalled:
