@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> None:
     if options.arguments[:1] and options.arguments[0] in FITTED:
         from npss_baselines.commands import train_fitted
 
-        train_fitted.run(options.arguments[0], options.arguments[1:])
+        train_fitted.run(options.arguments[0], options.arguments[1:], options.parser)
         return
     from npss_baselines.commands import train_options
     from npss_baselines.runs import config, launch, weights

@@ -15,7 +15,7 @@ from npss_baselines.runs.fitted import fit
 from npss_baselines.runs.weights import FILE
 
 
-def run(name: str, arguments: Sequence[str]) -> None:
+def run(name: str, arguments: Sequence[str], command: Parser | None = None) -> None:
     """Fit, write the run, and print where.
 
     Parameters
@@ -24,13 +24,18 @@ def run(name: str, arguments: Sequence[str]) -> None:
         The name of the predictor.
     arguments : sequence of str
         Arguments after ``train NAME``.
+    command : Parser, optional
+        The parser of the command, which names these options in errors.
 
     Raises
     ------
     TypeError, ValueError, FileNotFoundError
         If an argument, a file or the motion is invalid.
     """
-    options = _parser(name).parse_args(arguments)
+    parser = _parser(name)
+    if command is not None:
+        command.also_reads(parser)
+    options = parser.parse_args(arguments)
     folders = {source: root for source, root in folders_of(options).items() if source in pose_sources()}
     data = options.data or (next(iter(folders)) if len(folders) == 1 else config.DATA)
     one_of("--data", data, tuple(pose_sources()))

@@ -18,12 +18,13 @@ SOURCES: Registry[Source] = Registry(
 
 #: Names of the commands' own arguments, which no option of a source can have. A test compares them with the commands.
 RESERVED = (
-    *("action", "actions", "apart", "application", "arguments", "average", "by", "cache", "checkpoint-every", "clip"),
-    *("clips", "config", "data", "depth", "device", "draws", "extra", "folder", "format", "h", "help", "iterations"),
-    *("layers", "level", "loss", "manifold", "max-size", "method", "methods", "metrics", "model", "models", "n", "o"),
-    *("out", "output", "parser", "pictures", "plugin", "protocol", "published", "quick", "recipe", "report", "resume"),
-    *("run", "runs", "scale", "seed", "seeds", "select", "sequences", "size", "start", "subjects", "tensorboard"),
-    *("tf32", "units", "unwrap", "validate-every", "validate-on", "whole", "windows"),
+    *("action", "actions", "apart", "application", "arguments", "average", "budget", "by", "cache"),
+    *("checkpoint-every", "clip", "clips", "config", "data", "depth", "device", "draws", "extra", "folder", "format"),
+    *("h", "help", "iterations", "layers", "level", "list", "loss", "manifold", "max-size", "method", "methods"),
+    *("metrics", "model", "models", "n", "o", "only", "out", "output", "parser", "pictures", "plan", "plugin"),
+    *("protocol", "published", "quick", "recipe", "report", "resume", "run", "run-name", "runs", "scale", "seed"),
+    *("seeds", "select", "sequences", "size", "start", "subjects", "tensorboard", "tf32", "units", "unwrap"),
+    *("validate-every", "validate-on", "whole", "windows", "workers"),
 )
 
 
