@@ -40,7 +40,7 @@ def add_parser(commands: Any) -> None:
         "reproduce", help="reproduce the reference numbers", description=_DESCRIPTION
     )
     add_pose_source(parser)
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the results, created if missing")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="write the results to this folder, created if missing")
     parser.add_argument(
         "--only",
         nargs="+",
@@ -52,15 +52,15 @@ def add_parser(commands: Any) -> None:
         "--budget",
         choices=BUDGETS,
         default="full",
-        help="minutes: every step on little, as a trial; hours: one seed of each model; full: all of the plan "
-        "(default: %(default)s)",
+        help="run this much of the plan; minutes: every step on little, as a trial; hours: one seed of each model; "
+        "full: all (default: %(default)s)",
     )
     parser.add_argument(
         "--plan", type=Path, metavar="FILE", help="run this plan, a TOML file, instead of the project's"
     )
     parser.add_argument("--list", action="store_true", help="list the runs, with what is done, and run nothing")
     parser.add_argument(
-        "--workers", type=int, metavar="N", help="processes at once (default: one for each core that is available)"
+        "--workers", type=int, metavar="N", help="run N processes at once (default: one for each available core)"
     )
     parser.add_argument("--run-name", dest="run_name", help=argparse.SUPPRESS)  # for the processes of single runs
     parser.set_defaults(run=run)

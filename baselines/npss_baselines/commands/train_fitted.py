@@ -77,25 +77,31 @@ def _parser(name: str) -> Parser:
         allow_abbrev=False,
     )
     sources = pose_sources()
-    parser.add_argument("--out", type=Path, metavar="RUN", required=True, help="folder of the run, created if missing")
-    parser.add_argument("--data", choices=tuple(sources), help=f"source of motion (default: {config.DATA})")
+    parser.add_argument(
+        "--out", type=Path, metavar="RUN", required=True, help="write the run to this folder, created if missing"
+    )
+    parser.add_argument("--data", choices=tuple(sources), help=f"choose the source of motion (default: {config.DATA})")
     add_folder_options(parser, sources.values())
-    parser.add_argument("--cache", type=Path, metavar="DIR", help="cache parsed files in this folder")
+    parser.add_argument(
+        "--cache", type=Path, metavar="DIR", help="cache parsed files in this folder, to load them faster"
+    )
     parser.add_argument(
         "--actions",
         "--action",
         nargs="+",
         metavar="ACTION",
-        help="actions to predict, or all (default: the source's first)",
+        help="predict these actions, or all (default: the source's first)",
     )
     parser.add_argument(
         "--subjects",
         nargs="+",
         type=_subject,
         metavar="S",
-        help="subjects to train on (default: for each action, all training subjects with files)",
+        help="train on these subjects (default: for each action, all training subjects with files)",
     )
-    parser.add_argument("--seed", type=int, default=0, help="seed of the fit (default: %(default)s)")
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="set the seed of the fit (default: %(default)s)"
+    )
     return parser
 
 
