@@ -453,9 +453,9 @@ def test_invalid_stage(fields, error, message):
         ({"name": "manifold", "data": {"path": "x"}}, "data: unknown field 'path'"),
         ({"name": "manifold", "data": {"windows": "many"}}, "windows: expected int, got 'many'"),
         ({"name": "manifold", "quick": "yes"}, "quick: expected true or false"),
-        ({"name": "manifold", "scale": "unit"}, '.*"scale"'),
+        ({"name": "manifold", "scale": "unit"}, "scale: "),
         ({"name": "manifold", "size": 0.0}, "size: "),
-        ({"name": "manifold", "start": "zero"}, '.*"start"'),
+        ({"name": "manifold", "start": "zero"}, "start: "),
         ({"name": "manifold", "seed": -1}, "seed: expected an integer from 0"),
     ],
 )
