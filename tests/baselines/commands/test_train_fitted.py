@@ -51,7 +51,7 @@ def test_from_fitting_to_a_leaderboard(tmp_path, capsys):
         (("ridge", "--out", "RUN", "--data", "nowhere"), "--data"),
         (
             ("ridge", "--out", "RUN", "--data", "synthetic", "--action", "sit"),
-            "actions: expected one of gait, got 'sit'",
+            "--action: expected one of gait, got 'sit'",
         ),
         (
             ("ridge", "--out", "RUN", "--data", "synthetic", "--h36m", "x"),

@@ -480,8 +480,8 @@ def test_missing_fields_of_older_configurations_are_off(tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["walker"], "MODEL: expected one of vgru-d, gru-d, .*, tiny, got 'walker'"),
-        ([], "MODEL: expected one of vgru-d, .*; or give --config FILE"),
+        (["walker"], "MODEL: expected one of vgru-d, gru-d, .*, tiny, .*got 'walker'"),
+        ([], "MODEL: expected one of vgru-d, .* as the first argument, or --config FILE"),
         (
             ["tiny", "--model.cell", "x"],
             "unrecognized arguments: --model.cell x; the options are --model.dropout, --model.n",
@@ -722,7 +722,7 @@ def test_commands_refuse_bad_input(run, tmp_path, capsys, monkeypatch):
         ),
         (["predict", run, "--out", tmp_path / "x.mat"], "--out: expected a .h5, .hdf5 or .npz file, got"),
         (["predict", run, "--out", tmp_path / "x.h5", "--seed", -1], "seed: expected a whole number >= 0, got -1"),
-        (["predict", run, "--out", tmp_path / "x.h5", "--actions", "eating"], "action: expected one of gait"),
+        (["predict", run, "--out", tmp_path / "x.h5", "--actions", "eating"], "--actions: expected one of gait"),
     ):
         assert command(*wrong) == 2
         assert message in capsys.readouterr().err
