@@ -1,5 +1,6 @@
 """The command ``npss-baselines``."""
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -10,6 +11,10 @@ from npss_baselines.commands.parser import CommandParser
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit status."""
+    if arguments is None:
+        # Of this process. Before torch loads its threads, also for a plugin: threads that wait for each other should
+        # sleep. By default, they spin, which slows all of them down many times where other programs use their cores.
+        os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     return run("npss-baselines", _parser, arguments)
 
 

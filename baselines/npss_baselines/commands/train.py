@@ -49,6 +49,7 @@ def run(options: argparse.Namespace) -> None:
     runs = train_options.runs_of(configuration, options)
     folders = [out for _, out in runs]
     before = launch.existing_runs(folders)
+    threads = launch.threads_of(options.threads, before)
     source = configuration.source
     root, recorded_in = train_options.folder_of(options, source, before)
     together, data = [], {}
@@ -59,6 +60,7 @@ def run(options: argparse.Namespace) -> None:
         together.append((run, *data[run.actions], out))
     paths = {} if root is None else {source.option: root}
     with (
+        launch.use_threads(threads),
         launch.explain_resuming(folders, train_options.resume_arguments(options, command)),
         launch.exclusive_folders(options.out, folders, before),
     ):

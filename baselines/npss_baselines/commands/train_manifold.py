@@ -46,6 +46,7 @@ def run(arguments: Sequence[str], command: Parser | None = None) -> None:
     configuration, options = parse(arguments, command)
     device = launch.device_of(options.device)
     before = launch.existing_runs([options.out])
+    threads = launch.threads_of(options.threads, before)
     folders, recorded_in = _folders(options)
     with ExitStack() as stack:
         for name, root in folders.items():
@@ -65,7 +66,11 @@ def run(arguments: Sequence[str], command: Parser | None = None) -> None:
         flush=True,
     )
     resume = ["train", "manifold", "--resume", "--out", str(options.out), *unrecorded_arguments(options)]
-    with launch.explain_resuming([options.out], resume), launch.exclusive_folders(options.out, [options.out], before):
+    with (
+        launch.use_threads(threads),
+        launch.explain_resuming([options.out], resume),
+        launch.exclusive_folders(options.out, [options.out], before),
+    ):
         paths = {SOURCES[name].option: root for name, root in folders.items()}
         plugins = {SOURCES.plugin(name) for name in folders} - {None}
         config.write(options.out / FILE, configuration, device, paths, sorted(map(str, plugins)))
@@ -97,7 +102,8 @@ def parse(arguments: Sequence[str], command: Parser | None = None) -> tuple[Conf
     configuration : Configuration
         The configuration of the run, with data only if the run is resumed.
     options : Namespace
-        Other options: ``out``, ``resume``, ``cache``, ``device``, ``tensorboard``, and the folders of sources.
+        Other options: ``out``, ``resume``, ``cache``, ``device``, ``threads``, ``tensorboard``, and the folders of
+        sources.
 
     Raises
     ------
@@ -172,6 +178,7 @@ def _add_options(parser: AnyParser) -> AnyParser:
     parser.add_argument("--config", type=Path, metavar="FILE", help=f"start from this configuration, a {FILE}")
     parser.add_argument("--resume", action="store_true", help="resume an interrupted run, or start it")
     launch.add_device(parser)
+    launch.add_threads(parser)
     add_plugin(parser)
     parser.add_argument("--tensorboard", action="store_true", help="also write TensorBoard logs")
     return parser

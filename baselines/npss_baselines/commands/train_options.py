@@ -38,8 +38,8 @@ def parse(arguments: Sequence[str], command: Parser | None = None) -> tuple[Conf
     configuration : Configuration
         The configuration of the run.
     options : Namespace
-        The other options: ``out``, ``seeds``, ``apart``, ``resume``, ``cache``, ``device``, ``tf32``,
-        ``tensorboard``, and the folders of sources.
+        The other options: ``out``, ``seeds``, ``apart``, ``resume``, ``cache``, ``device``,
+        ``threads``, ``tf32``, ``tensorboard``, and the folders of sources.
 
     Raises
     ------
@@ -226,6 +226,7 @@ def _add_options(parser: AnyParser) -> AnyParser:
         "--cache", type=Path, metavar="DIR", help="cache parsed files in this folder, to load them faster"
     )
     launch.add_device(parser)
+    launch.add_threads(parser)
     parser.add_argument(
         "--tf32", action="store_true", help="on a GPU, round factors to ten bits of mantissa: faster, less exact"
     )

@@ -17,7 +17,7 @@ from npss.console import meant
 from npss.extras import install_hint
 from npss.files import doing, read_json, write_text_atomically
 from npss.plugins import require
-from npss.validation import each, one_of, positive_integer, positive_number
+from npss.validation import each, is_integer, one_of, positive_integer, positive_number
 from npss_baselines.data import SOURCES, PoseSource, pose_sources
 from npss_baselines.data.windows import checked_seed
 from npss_baselines.fitted import FITTED
@@ -158,6 +158,19 @@ def paths_of(path: Path) -> dict[str, Path]:
     return {name: Path(folder) for name, folder in paths.items()}
 
 
+def recorded_threads(path: Path) -> int | None:
+    """Return the number of threads that a run was trained on, as its configuration records it; None if it does not."""
+    made_with = read_fields(path).get("made_with", {})
+    if not isinstance(made_with, dict):
+        raise ValueError(f"{path}: made_with: expected an object, got {made_with!r}")
+    threads = made_with.get("threads")  # older runs have none
+    if threads is None:
+        return None
+    if not is_integer(threads) or threads < 1:
+        raise ValueError(f"{path}: made_with: threads: expected a positive integer, got {threads!r}")
+    return int(threads)
+
+
 def read_fields(path: Path) -> dict[str, Any]:
     """Read the fields of a configuration; check only that the plugins it needs are imported.
 
@@ -192,7 +205,7 @@ def write(
     paths: Mapping[str, Path] | None = None,
     plugins: Iterable[str] = (),
 ) -> None:
-    """Write a configuration, with the versions and device of the run and the folders of its data.
+    """Write a configuration, with the versions, device and threads of the run and the folders of its data.
 
     Parameters
     ----------
@@ -207,7 +220,12 @@ def write(
     plugins : iterable of str, optional
         Modules to import before reading the configuration.
     """
-    made_with = {"npss": npss.__version__, "torch": str(torch.__version__), "device": device}
+    made_with = {
+        "npss": npss.__version__,
+        "torch": str(torch.__version__),
+        "device": device,
+        "threads": torch.get_num_threads(),
+    }
     folders = {name: str(folder.resolve()) for name, folder in (paths or {}).items()}
     notes = dict(zip(NOTES, (made_with, folders, list(plugins)), strict=True))
     write_text_atomically(path, json.dumps(asdict(configuration) | notes, indent=2) + "\n")

@@ -9,7 +9,7 @@ import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import torch
@@ -18,12 +18,13 @@ from npss.console import Progress, duration
 from npss.extras import install_hint
 from npss_baselines.runs.checkpoint import AtomicIO
 from npss_baselines.runs.config import CHECKPOINT
+from npss_baselines.runs.pace import Pace
 from npss_baselines.runs.stopping import Stop, Stopped
 
 try:
     from lightning.fabric.plugins.environments.lightning import LightningEnvironment
     from lightning.pytorch import LightningModule, Trainer
-    from lightning.pytorch.callbacks import TQDMProgressBar
+    from lightning.pytorch.callbacks import Callback, TQDMProgressBar
     from lightning.pytorch.loggers import TensorBoardLogger
     from lightning.pytorch.utilities.exceptions import SIGTERMException
 except ImportError:
@@ -33,6 +34,7 @@ Module = TypeVar("Module", bound="Resumable")
 
 _FIRST, _LATER = 30.0, 300.0  # most seconds until a process's first checkpoint, and between checkpoints
 _MEASURED = 1.0  # seconds of steps to time before estimating the remaining time
+_SLOW = 10.0  # seconds of a first step that says enough: preparing things takes a small part of it
 _LONG = 10.0  # shortest remaining time, in seconds, that is printed
 
 
@@ -57,15 +59,18 @@ class Resumable(LightningModule):
         self.n_steps = len(work)
         self.stop = Stop()
         self._progress: Progress | None = None
+        self._work = np.asarray(work, dtype=np.float64)
         self._share = np.cumsum(work) / np.sum(work)  # done after each step
         self._what, self._shorter = what, shorter
 
     def on_train_start(self) -> None:
         """Start the clock."""
         self._resumed = self.global_step > 0
+        self._done_before = self._done()
         self._began: tuple[float, float] | None = None  # time and share done at the end of the first step
         self._estimated = False
-        self._saved = time.monotonic()
+        self._pace = Pace()
+        self._saved = self._started = time.monotonic()
         self._patience = _FIRST
 
     def step_is_done(self, *, checkpoint: bool) -> None:
@@ -79,6 +84,13 @@ class Resumable(LightningModule):
         self._estimate()
         if self._progress is not None:
             self._progress(self._done())
+
+    def step_took(self, seconds: float) -> None:
+        """Compare the duration of a step with those of the first ones; on a GPU, a step ends later."""
+        if self.device.type == "cpu":
+            slower = self._pace(seconds, float(self._work[self.global_step - 1]))
+            if slower is not None:
+                self._say(_advice(slower))
 
     def log_row(self, row: Mapping[str, Any], prefix: str = "") -> None:
         """Log the numbers of a row for TensorBoard, if enabled; `prefix` precedes their names."""
@@ -95,8 +107,15 @@ class Resumable(LightningModule):
         """Return the share that is done."""
         return float(self._share[self.global_step - 1]) if self.global_step else 0.0
 
+    def _say(self, line: str) -> None:
+        """Print a line on standard error, or above the progress bar."""
+        if self._progress is None:
+            self.print(line)
+        else:
+            print(line, file=sys.stderr, flush=True)
+
     def _estimate(self) -> None:
-        """Print the remaining time once; do not time the first step, which also prepares things."""
+        """Print the remaining time once; do not time a short first step, which also prepares things."""
         if self._estimated:
             return
         if self._began is not None and time.monotonic() - self._began[0] < _MEASURED:
@@ -104,22 +123,48 @@ class Resumable(LightningModule):
         if self.device.type == "cuda":
             torch.cuda.synchronize(self.device)
         now, done = time.monotonic(), self._done()
-        if self._began is None:
+        began = self._began
+        if began is None:
             self._began = now, done
             if self.trainer.progress_bar_callback is None:
                 self._progress = Progress("training", done=done)
-            return
+            if self.device.type == "cuda" or now - self._started < _SLOW:
+                return
+            began = self._started, self._done_before
         self._estimated = True
-        remaining = (now - self._began[0]) * (1 - done) / (done - self._began[1])
+        remaining = (now - began[0]) * (1 - done) / (done - began[1])
         if remaining < _LONG:
             return
         line = f"about {duration(remaining)} {'left of' if self._resumed else 'for'} {self._what}"
+        if self.device.type == "cpu":
+            line += f" on {_threads()}"
         if not self._resumed:
             line += f"; {self._shorter}"
-        if self._progress is None:
-            self.print(line)  # above the bar
-        else:
-            print(line, file=sys.stderr, flush=True)
+        self._say(line)
+
+
+class _Steps(Callback):
+    """Times the steps of a `Resumable`, without the validation and the checkpoint after them."""
+
+    def on_train_batch_start(self, *_: Any) -> None:
+        self._began = time.monotonic()
+
+    def on_train_batch_end(self, trainer: Trainer, module: LightningModule, *_: Any) -> None:
+        cast(Resumable, module).step_took(time.monotonic() - self._began)  # before the module's own method
+
+
+def _threads() -> str:
+    """Return the number of threads in words."""
+    n = torch.get_num_threads()
+    return "1 thread" if n == 1 else f"{n} threads"
+
+
+def _advice(slower: float) -> str:
+    """Return what to do where training has become slower."""
+    line = f"training is {slower:.0f} times slower than at first: other programs may be using the processor"
+    if torch.get_num_threads() == 1:
+        return f"{line}; training can be stopped, and resumed later"
+    return f"{line}; beside them, one thread is faster: stop training, and resume it with --threads 1"
 
 
 def torch_seed(seed: int, *step: int) -> int:
@@ -174,7 +219,7 @@ def fit(make: Callable[[], Module], *, device: str = "cpu", tensorboard: bool = 
             plugins=[AtomicIO(), single_process],
             logger=TensorBoardLogger(module.out, name="", version="tensorboard") if tensorboard else False,
             enable_progress_bar=terminal,
-            callbacks=[TQDMProgressBar()] if terminal else [],  # the same whether or not rich is installed
+            callbacks=[_Steps(), *([TQDMProgressBar()] if terminal else [])],  # the same bar with or without rich
             enable_checkpointing=False,
             enable_model_summary=False,
             default_root_dir=module.out,

@@ -1,8 +1,9 @@
-"""What the training commands share: the device, exclusive folders, and hints on how to resume."""
+"""What the training commands share: the device, threads, exclusive folders, and hints on how to resume."""
 
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
 import signal
 import sys
@@ -15,7 +16,8 @@ from filelock import FileLock, Timeout
 
 from npss.files import doing
 from npss.plugins import with_plugins
-from npss_baselines.runs.config import CHECKPOINT, FILE
+from npss.validation import positive_integer
+from npss_baselines.runs.config import CHECKPOINT, FILE, recorded_threads
 from npss_baselines.runs.stopping import Stopped
 
 #: The file in the folder of a run that the training process locks.
@@ -49,6 +51,51 @@ def device_of(requested: str, *, tf32: bool = False) -> str:
     if tf32 and device != "cuda":
         raise ValueError("--tf32: needs a CUDA device")
     return device
+
+
+def add_threads(parser: argparse.ArgumentParser) -> None:
+    """Add the option that `threads_of` reads."""
+    parser.add_argument(
+        "--threads",
+        type=int,
+        metavar="N",
+        help="number of threads on the CPU; more than one is faster only while no other program uses these cores "
+        "(default: that of the run to resume, else the environment variable OMP_NUM_THREADS, else 1)",
+    )
+
+
+def threads_of(requested: int | None, runs: Sequence[Path]) -> int:
+    """Return the number of threads, for a value of ``--threads``.
+
+    Parameters
+    ----------
+    requested : int or None
+        The value.
+    runs : sequence of Path
+        The folders of the runs to resume. With their number of threads, they end as if uninterrupted.
+
+    Raises
+    ------
+    ValueError
+        If it is not positive, or a run's configuration is invalid.
+    """
+    if requested is not None:
+        return positive_integer("--threads", requested)
+    for run in runs:
+        if (recorded := recorded_threads(run / FILE)) is not None:
+            return recorded
+    return torch.get_num_threads() if "OMP_NUM_THREADS" in os.environ else 1
+
+
+@contextmanager
+def use_threads(n: int) -> Iterator[None]:
+    """Let torch use this number of threads."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(n)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 def existing_runs(folders: Sequence[Path]) -> list[Path]:

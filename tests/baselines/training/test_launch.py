@@ -441,18 +441,29 @@ def slow(monkeypatch):
     return each
 
 
+@pytest.mark.usefixtures("one_thread")
 def test_the_total_time_is_estimated_at_once(tmp_path, capsys, slow):
     """From the second iteration on, because the first one prepares things."""
-    slow([100.0, *[2.0] * 9])
+    slow([9.0, *[2.0] * 9])
     trained(tmp_path, replace(configured(), recipe=replace(RECIPE, regime="open"), validate_every=10))
     captured = capsys.readouterr()
     first, *later = captured.err.splitlines()
-    assert first == "about 16 s for 10 iterations; --iterations N trains for fewer, all schedules in proportion"
+    assert first == (
+        "about 16 s for 10 iterations on 1 thread; --iterations N trains for fewer, all schedules in proportion"
+    )
     assert later == ["training: 60.0% done, about 8 s left"]
     assert "\r" not in captured.err
     assert captured.out == ""
 
 
+@pytest.mark.usefixtures("one_thread")
+def test_the_total_time_of_long_iterations_is_estimated_after_the_first_one(tmp_path, capsys, slow):
+    slow([60.0, *[600.0] * 9])
+    trained(tmp_path, replace(configured(), recipe=replace(RECIPE, regime="open"), validate_every=10))
+    assert capsys.readouterr().err.startswith("about 9 min for 10 iterations on 1 thread; ")
+
+
+@pytest.mark.usefixtures("one_thread")
 def test_iterations_with_a_closed_loop_take_longer(tmp_path, capsys, slow):
     """Of 6 + 4 frames: 3 x 10 + 4 before iteration 5, and 3 x 14 from then on."""
     recipe = replace(RECIPE, closed_weight=((5, 1.0),))
@@ -460,7 +471,7 @@ def test_iterations_with_a_closed_loop_take_longer(tmp_path, capsys, slow):
     assert replace(recipe, regime="sampling").work(9) == 30
     slow(34.0)
     trained(tmp_path, replace(configured(), recipe=recipe, validate_every=10))
-    assert capsys.readouterr().err.startswith(f"about {round((3 * 34 + 5 * 42) / 60)} min for 10 iterations;")
+    assert capsys.readouterr().err.startswith(f"about {round((4 * 34 + 5 * 42) / 60)} min for 10 iterations on ")
 
 
 def test_a_short_training_prints_no_estimate(tmp_path, capsys, slow):
@@ -487,9 +498,35 @@ def test_a_resumed_run_prints_the_remaining_time(tmp_path, capsys, slow, signall
     signalled(signal.SIGTERM)
     with pytest.raises(Stopped):
         trained(tmp_path, configured())
-    slow(10.0)
-    trained(tmp_path, configured())
-    assert capsys.readouterr().err.splitlines()[0].startswith("about 60 s left of 10 iterations")
+    slow(9.0)
+    trained(tmp_path, replace(configured(), validate_every=3))
+    assert capsys.readouterr().err.splitlines()[0].startswith("about 54 s left of 10 iterations on ")
+
+
+@pytest.mark.parametrize(
+    ("later", "threads", "advice"),
+    [
+        (2.9, 2, None),
+        (8.0, 1, "training can be stopped, and resumed later"),
+        (8.0, 2, "beside them, one thread is faster: stop training, and resume it with --threads 1"),
+    ],
+)
+def test_training_says_once_that_it_has_become_slower(tmp_path, capsys, monkeypatch, slow, later, threads, advice):
+    """It compares iterations without the validation between them."""
+    monkeypatch.setattr(torch, "get_num_threads", lambda: threads)
+    validate = trainer.Member.validate
+
+    def slowly(member, iteration):
+        fitting.time.now += 1000 * (iteration > 6)
+        return validate(member, iteration)
+
+    monkeypatch.setattr(trainer.Member, "validate", slowly)
+    slow([*[1.0] * 6, *[later] * 24])
+    recipe = replace(RECIPE, iterations=30, regime="open")
+    trained(tmp_path, replace(configured(), recipe=recipe, validate_every=1))
+    said = [line for line in capsys.readouterr().err.splitlines() if "slower" in line]
+    line = f"training is 8 times slower than at first: other programs may be using the processor; {advice}"
+    assert said == ([] if advice is None else [line])
 
 
 # --- without torch ---
