@@ -90,21 +90,27 @@ def over_draws(records: Sequence[Record]) -> Record:
     >>> over_draws(draws)["signature"]
     'npss|version:1|draws:2'
     """
-    mean: Record = _over(records, np.mean)
-    std = _over([{name: record[name] for name in NUMBERS if name in record} for record in records], np.std)
+    mean: Record = averaged(records)
+    std = averaged([{name: record[name] for name in NUMBERS if name in record} for record in records], np.std)
     mean["signature"] = _with_draws(mean["signature"], len(records))
     if "signatures" in mean:
         mean["signatures"] = {name: _with_draws(line, len(records)) for name, line in mean["signatures"].items()}
     return mean | {"draws": len(records), "std": std}
 
 
-def _over(values: Sequence[Any], statistic: Any) -> Any:
-    """Apply a statistic to the numbers in nested dictionaries and lists; keep equal text and integers."""
+def averaged(values: Sequence[Any], statistic: Any = np.mean) -> Any:
+    """Average the numbers in nested dictionaries and lists, or apply another statistic; keep equal text and integers.
+
+    Examples
+    --------
+    >>> averaged([{"model": "m", "npss": {"paper": value}} for value in (1.0, 2.0)])
+    {'model': 'm', 'npss': {'paper': 1.5}}
+    """
     first = values[0]
     if isinstance(first, dict):
-        return {name: _over([value[name] for value in values], statistic) for name in first}
+        return {name: averaged([value[name] for value in values], statistic) for name in first}
     if isinstance(first, list):
-        return [_over(each, statistic) for each in zip(*values, strict=True)]
+        return [averaged(each, statistic) for each in zip(*values, strict=True)]
     if not isinstance(first, float) and all(value == first for value in values):
         return first
     return float(statistic(values))

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
+import npss
+from npss import poses_to_euler, protocol
 from npss.predictors import Predictor
-from npss.records import Record
+from npss.records import Record, Unwrapped
+from npss.records import measure as measure_angles
+from npss.validation import Array
 from npss_baselines.data.tasks import Task
 from npss_baselines.evaluation.draws import over_draws
-from npss_baselines.evaluation.evaluate import evaluate
+from npss_baselines.evaluation.evaluate import EDGES_MS, evaluate
 
 #: Draws of a model with noise: the NPSS paper's tables are over 30. Fewer on many windows, which vary less.
 DRAWS, DRAWS_OF_MANY = 30, 5
@@ -41,7 +46,9 @@ def measure(
     -------
     dict
         A record, averaged over draws, with single sequences; on many windows, ``sequences`` holds blocks instead: the
-        weighted mean of each. If the predictor has noise, ``by_draw`` lists the numbers of each draw.
+        weighted mean of each. If the predictor has noise, ``by_draw`` lists the numbers of each draw. On few windows,
+        ``amplitude`` holds the mean amplitude by frequency (`amplitude`) of ``truth`` and ``prediction``, and
+        ``sequences_of_windows`` the ``npss`` and ``weight`` of single sequences by window of time.
     """
     predictor, many = predictor_of(task.action), len(task.target) > MANY
     n = (DRAWS_OF_MANY if many else DRAWS) if draws is None else draws
@@ -51,7 +58,8 @@ def measure(
     records = []
     for i in range(n):
         pred = predictions[i] if i < len(predictions) else predictor(task.seed_frames, task.target.shape[1])
-        records.append(evaluate(name, lambda *_, pred=pred: pred, task, sequences=True, **options))
+        record = evaluate(name, lambda *_, pred=pred: pred, task, sequences=True, **options)
+        records.append(record if many else record | _of_few(task, pred, options.get("unwrapped", "off")))
     record = records[0] if n == 1 else over_draws(records)
     if n > 1:
         record["by_draw"] = {
@@ -61,6 +69,50 @@ def measure(
     if many and "groups" in record["sequences"]:
         record["sequences"] = in_blocks(record["sequences"])
     return record
+
+
+def amplitude(motion: Array, moves: Array) -> list[float]:
+    """Return the mean amplitude by frequency over the features that move.
+
+    Parameters
+    ----------
+    motion : (N, T, D) ndarray
+        Euler angles in radians; jumps of 2 pi are removed.
+    moves : (N, D) ndarray of bool
+        The features that count.
+
+    Returns
+    -------
+    list of float
+        For each frequency of k whole cycles in T frames, k = 0 .. T // 2, the amplitude of the cosine in radians,
+        rounded to 1e-6.
+
+    Examples
+    --------
+    >>> t = np.arange(8)
+    >>> amplitude((1 + 0.5 * np.cos(2 * np.pi * 2 * t / 8))[np.newaxis, :, np.newaxis], np.array([[True]]))
+    [1.0, 0.0, 0.5, 0.0, 0.0]
+    """
+    n_frames = motion.shape[1]
+    heights = np.abs(np.fft.rfft(npss.unwrap(motion), axis=1)) / n_frames  # (N, K, D)
+    heights[:, 1 : (n_frames + 1) // 2] *= 2  # these bins have a twin
+    return [round(float(value), 6) for value in heights.swapaxes(0, 1)[:, moves].mean(axis=1)]
+
+
+def _of_few(task: Task, pred: Array, unwrapped: Unwrapped) -> Record:
+    """Return what a record of few windows holds besides: amplitudes, and single sequences by window of time."""
+    gt, angles = poses_to_euler(task.target), poses_to_euler(pred)
+    moves = gt.std(axis=1) > protocol.MOVES
+    amplitudes = {"truth": amplitude(gt, moves), "prediction": amplitude(angles, moves)}
+    if unwrapped != "off":
+        start = poses_to_euler(task.seed_frames) if unwrapped == "seed" else None
+        gt, angles = (npss.unwrap(motion, seed_frames=start) for motion in (gt, angles))
+    parts = {}
+    for first, last in itertools.pairwise(EDGES_MS):
+        frames = slice(first * protocol.FPS // 1000, last * protocol.FPS // 1000)
+        sequences = measure_angles(gt[:, frames], angles[:, frames], sequences=True)["sequences"]
+        parts[f"{first // 1000}-{last // 1000}"] = {name: sequences[name] for name in ("npss", "weight")}
+    return {"amplitude": amplitudes, "sequences_of_windows": parts}
 
 
 def in_blocks(sequences: Record) -> Record:
