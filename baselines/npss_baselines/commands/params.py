@@ -28,8 +28,6 @@ def records() -> list[dict[str, Any]]:
     [14842054, 20282054]
     """
     # Imported here: other commands need no torch.
-    import torch
-
     from npss_baselines.models import MODELS
     from npss_baselines.models.vtln import VTLNConfig
 
@@ -41,9 +39,7 @@ def records() -> list[dict[str, Any]]:
             variants = [(spec.cell, spec.config)]
         for cell, config in variants:
             n_actions = _ACTIONS.get(name, 1)
-            with torch.device("meta"):  # shapes without values
-                model = spec.build(config, n_actions)
-            n = sum(parameter.numel() for parameter in model.parameters() if parameter.requires_grad)
+            n = spec.parameters(n_actions, config=config)
             counts.append(
                 {"model": name, "cell": cell, "actions": n_actions, "parameters": n, "published": spec.published}
             )

@@ -7,6 +7,8 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+import torch
+
 from npss.plugins import Registry
 from npss_baselines.models.base import MotionModel
 from npss_baselines.models.erd import ERD, ERDConfig
@@ -91,6 +93,30 @@ class ModelSpec:
     def regime(self) -> str:
         """The training objective."""
         return self.recipe.regime
+
+    def parameters(self, n_actions: int = 1, *, config: Any = None) -> int:
+        """Count the trained parameters.
+
+        Parameters
+        ----------
+        n_actions : int, optional
+            The width of the label.
+        config : dataclass, optional
+            Other sizes and choices than the model's own.
+
+        Returns
+        -------
+        int
+            The number of parameters.
+
+        Examples
+        --------
+        >>> MODELS["erd"].parameters()
+        14842054
+        """
+        with torch.device("meta"):  # shapes without values
+            model = self.build(self.config if config is None else config, n_actions)
+        return sum(parameter.numel() for parameter in model.parameters() if parameter.requires_grad)
 
 
 #: Models by name.
