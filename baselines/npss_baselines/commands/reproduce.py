@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from filelock import FileLock, Timeout
 
+import npss
 from npss.console import duration, table
 from npss.plugins import with_plugins
 from npss.validation import positive_integer
@@ -92,8 +93,11 @@ def run(options: argparse.Namespace) -> None:
 
 def _run_all(runs: Sequence[Planned], place: Place, options: argparse.Namespace) -> None:
     """Run what is left of the plan, each run in its process."""
-    from npss_baselines.reproduction import processes
+    from npss_baselines.reproduction import processes, tables
+    from npss_baselines.reproduction.plan import read_plan
+    from npss_baselines.reproduction.results import Results, read_records
 
+    _ = npss.Leaderboard  # without pandas, which the tables need, this says how to install it
     left = [planned for planned in runs if not place.record(planned).exists()]
     available = processes.cores() if options.workers is None else positive_integer("--workers", options.workers)
     workers = max(1, min(available, len(left)))
@@ -105,6 +109,7 @@ def _run_all(runs: Sequence[Planned], place: Place, options: argparse.Namespace)
     ]
     with _locked(place.out):
         failed = processes.run(jobs, workers=workers, say=_say)
+    tables.write(Results(read_plan(options.plan), read_records(place.out / "records")), place.out / "tables")
     if failed:
         raise ValueError(f"{len(failed)} of {len(runs)} runs failed: {', '.join(job.name for job in failed)}")
 
