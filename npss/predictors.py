@@ -9,7 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from npss.rotations._forms import result_dtype
-from npss.validation import Array, Float64, check_finite, each, positive_integer, positive_number, real_array, renamed
+from npss.validation import (
+    Array,
+    Float64,
+    check_finite,
+    each,
+    positive_integer,
+    positive_number,
+    real_array,
+    renamed,
+)
 
 __all__ = [
     "PREDICTORS",
@@ -227,10 +236,9 @@ def gated_periodic(
 def _period(seed_frames: npt.ArrayLike, lags: tuple[int, int], frames: int) -> tuple[Array, npt.NDArray[np.intp]]:
     """Read the seed frames (N, S, D) that are compared, and find the period of each sequence (N,)."""
     frames = positive_integer("frames", frames)
-    limits = each("lags", lags, "two integers")
-    if len(limits) != 2:
+    if len(each("lags", lags, "integers")) != 2:
         raise ValueError(f"lags: expected two integers, the shortest and the longest, got {lags!r}")
-    shortest, longest = (positive_integer("lags", lag) for lag in limits)
+    shortest, longest = (positive_integer("lags", lag) for lag in lags)
     if shortest > longest:
         raise ValueError(f"lags: expected the shortest and the longest, got {shortest} and {longest}")
     seen = _last(seed_frames, longest + frames)

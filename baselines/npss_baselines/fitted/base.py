@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
+import torch
 
 from npss.predictors import gated_periodic
 from npss.validation import Array, Float64, check_finite, positive_integer, real_array, renamed
@@ -19,6 +21,17 @@ from npss_baselines.fitted.motion import Motion
 #: Called with the share of the work that is done.
 Progress = Callable[[float], None]
 _POSE = 99
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Use one thread of torch: small products are no faster on more, and the result depends on no machine's number."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
 
 
 class Fitted(ABC):
@@ -65,6 +78,11 @@ def checked(arrays: Mapping[str, Array], shapes: Mapping[str, tuple[int, ...]]) 
         if arrays[name].shape != shape:
             raise ValueError(f"{name}: expected shape {shape}, got {arrays[name].shape}")
     return [arrays[name] for name in shapes]
+
+
+def inside(arrays: Mapping[str, Array], part: str) -> dict[str, Array]:
+    """Return the arrays of a part, whose names begin with it and a dot."""
+    return {name.removeprefix(f"{part}."): value for name, value in arrays.items() if name.startswith(f"{part}.")}
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,8 @@ from typing import Any
 
 from npss.plugins import Registry
 from npss_baselines.fitted.base import Fitted
+from npss_baselines.fitted.calibrated_blend import CalibratedBlend
+from npss_baselines.fitted.dc_share import DCShare, MedianShare
 from npss_baselines.fitted.nearest import Nearest
 from npss_baselines.fitted.ridge import Ridge
 
@@ -41,6 +43,14 @@ FITTED = Registry(
         for spec in (
             FittedSpec("ridge", "cosine transform to cosine transform, linear", Ridge, Ridge.Settings()),
             FittedSpec("nearest-10", "mean of the ten nearest continuations", Nearest, Nearest.Settings()),
+            FittedSpec("dc-share-median", "power outside DC by medians", MedianShare, MedianShare.Settings()),
+            FittedSpec("dc-share", "power outside DC by networks", DCShare, DCShare.Settings()),
+            FittedSpec(
+                "calibrated-blend",
+                "blend of simple predictors with predicted power and speed",
+                CalibratedBlend,
+                CalibratedBlend.Settings(),
+            ),
         )
     },
 )

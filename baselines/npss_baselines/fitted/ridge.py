@@ -85,8 +85,8 @@ class Ridge(Fitted):
         y = (_features(seed, self.settings) - self._read[action]) @ self._weights[action] + self._predicted[action]
         coefficients = y.reshape(len(seed), self.settings.target_coefficients, D)
         basis = cosines(N_TARGET, self.settings.target_coefficients)
-        target: Float64 = seed[:, -1:] + np.einsum("kt,nkd->ntd", basis, coefficients)
-        return target
+        predicted: Float64 = seed[:, -1:] + np.einsum("kt,nkd->ntd", basis, coefficients)
+        return predicted
 
 
 def _features(seed: Float64, settings: RidgeSettings) -> Float64:
