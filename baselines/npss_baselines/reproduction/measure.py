@@ -47,8 +47,9 @@ def measure(
     dict
         A record, averaged over draws, with single sequences; on many windows, ``sequences`` holds blocks instead: the
         weighted mean of each. If the predictor has noise, ``by_draw`` lists the numbers of each draw. On few windows,
-        ``amplitude`` holds the mean amplitude by frequency (`amplitude`) of ``truth`` and ``prediction``, and
-        ``sequences_of_windows`` the ``npss`` and ``weight`` of single sequences by window of time.
+        ``amplitude`` holds the mean amplitude by frequency (`amplitude`) of ``truth`` and ``prediction``, ``parts``
+        what each score is made of (`npss.Parts`), ``sequences_of_windows`` the ``npss`` and ``weight`` of single
+        sequences by window of time, and ``speed_ratio`` that of `npss.speed_ratio` after the first second.
     """
     predictor, many = predictor_of(task.action), len(task.target) > MANY
     n = (DRAWS_OF_MANY if many else DRAWS) if draws is None else draws
@@ -100,19 +101,24 @@ def amplitude(motion: Array, moves: Array) -> list[float]:
 
 
 def _of_few(task: Task, pred: Array, unwrapped: Unwrapped) -> Record:
-    """Return what a record of few windows holds besides: amplitudes, and single sequences by window of time."""
+    """Return what a record of few windows holds besides."""
     gt, angles = poses_to_euler(task.target), poses_to_euler(pred)
     moves = gt.std(axis=1) > protocol.MOVES
     amplitudes = {"truth": amplitude(gt, moves), "prediction": amplitude(angles, moves)}
     if unwrapped != "off":
         start = poses_to_euler(task.seed_frames) if unwrapped == "seed" else None
         gt, angles = (npss.unwrap(motion, seed_frames=start) for motion in (gt, angles))
-    parts = {}
+    windows = {}
     for first, last in itertools.pairwise(EDGES_MS):
         frames = slice(first * protocol.FPS // 1000, last * protocol.FPS // 1000)
         sequences = measure_angles(gt[:, frames], angles[:, frames], sequences=True)["sequences"]
-        parts[f"{first // 1000}-{last // 1000}"] = {name: sequences[name] for name in ("npss", "weight")}
-    return {"amplitude": amplitudes, "sequences_of_windows": parts}
+        windows[f"{first // 1000}-{last // 1000}"] = {name: sequences[name] for name in ("npss", "weight")}
+    return {
+        "amplitude": amplitudes,
+        "parts": {name: npss.report(gt, angles, convention=name).parts._asdict() for name in npss.CONVENTIONS},
+        "sequences_of_windows": windows,
+        "speed_ratio": npss.speed_ratio(gt, angles, start=protocol.FPS),
+    }
 
 
 def in_blocks(sequences: Record) -> Record:

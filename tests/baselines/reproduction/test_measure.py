@@ -34,6 +34,19 @@ def test_noise_is_averaged_over_draws_that_the_record_lists():
     assert set(record["by_draw"]["euler_error"]) == {"80", "160", "320", "400", "560", "1000"}
 
 
+def test_few_windows_say_what_the_score_is_made_of_and_how_fast_the_prediction_is():
+    record = measure("noisy", noisy, TASK, draws=2)
+    predictor, gt = noisy("gait"), npss.poses_to_euler(TASK.target)
+    draws = [npss.poses_to_euler(predictor(TASK.seed_frames, 100)) for _ in range(2)]
+    reports = [npss.report(gt, pred, convention="released") for pred in draws]
+    parts = record["parts"]["released"]
+    for name in ("form", "share", "share_floor"):
+        assert parts[name] == pytest.approx(np.mean([getattr(report.parts, name) for report in reports]), rel=1e-12)
+    assert parts["form"] + parts["share"] == pytest.approx(record["npss"]["released"], rel=1e-12)
+    speeds = [npss.speed_ratio(gt, pred, start=25) for pred in draws]
+    assert record["speed_ratio"] == pytest.approx(np.mean(speeds), rel=1e-12)
+
+
 def test_without_noise_one_draw_is_enough():
     record = measure("still", lambda action: zero_velocity, TASK)
     assert "by_draw" not in record
