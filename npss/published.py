@@ -1,8 +1,9 @@
-"""Published numbers, as records like those of this library."""
+"""Published numbers, and those that this project measured, as records like those of this library."""
 
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any, Literal, get_args
 
@@ -12,7 +13,7 @@ from npss._metric.signature import signature
 from npss.records import Record, signature_of
 from npss.validation import one_of
 
-__all__ = ["records"]
+__all__ = ["records", "reference"]
 
 _LAFAN1 = "in-betweening"
 _COPIED = ("6", "zero-velocity")  # the NPSS paper copied it from Martinez et al. 2017, so it has their windows
@@ -70,7 +71,7 @@ def records(source: str | None = None, *, protocol: Published | None = None) -> 
     >>> record["model"], record["action"], record["npss"], record["source"]
     ('VGRU-r1 (SA)', 'walking', {'released': 1.217}, 'Gopalakrishnan et al. 2019, Tables 4, 5, 7')
     """
-    rows = list(csv.DictReader(files("npss").joinpath("published.csv").read_text(encoding="utf-8").splitlines()))
+    rows = _rows("published.csv")
     if source is not None:
         one_of("source", source, tuple(dict.fromkeys(row["source"] for row in rows)))
     if protocol is not None:
@@ -83,6 +84,47 @@ def records(source: str | None = None, *, protocol: Published | None = None) -> 
     if not models:
         raise ValueError(f"protocol: {source} has no rows for {protocol}")
     return [_record(of_model, protocol or "srnn-8") for of_model in models.values()]
+
+
+def reference() -> list[Record]:
+    """Return this project's own numbers as records, to print, rank or plot beside your own.
+
+    ``npss-baselines reproduce`` measured them on the eight test windows of Human3.6M, by the conventions ``'paper'``
+    and ``'released'``: predictors without training, and the models of the NPSS paper. The documentation has the same
+    numbers with intervals.
+
+    Returns
+    -------
+    list of dict
+        A record for each model and action. Keys: ``model``, ``action``, ``euler_error`` (radians, by milliseconds),
+        ``npss`` (by convention) and ``npss_windows`` (by convention and window), averaged over seeds of training and
+        over draws; ``spread``, the standard deviations over seeds of the same numbers, if there are several;
+        ``signature``, ``signatures``; ``recipe``, ``seeds`` (how many), ``draws``; ``source``; and ``reference``, which
+        is True.
+
+    Raises
+    ------
+    OSError
+        If the table of the package cannot be read.
+
+    Examples
+    --------
+    >>> from npss import published
+    >>> record = published.reference()[0]
+    >>> record["model"], record["action"], record["npss"]
+    ('zero-velocity', 'walking', {'paper': 2.3341, 'released': 1.1413})
+    >>> record["signatures"]["paper"]
+    'npss|version:1|convention:paper|representation:euler|frames:100|fps:25|protocol:srnn-8|unwrap:off'
+    """
+    models: dict[tuple[str, str], list[dict[str, str]]] = {}
+    for row in _rows("measured.csv"):
+        models.setdefault((row["model"], row["action"]), []).append(row)
+    return [_reference(rows) for rows in models.values()]
+
+
+def _rows(name: str) -> list[dict[str, str]]:
+    """Read a table of the package."""
+    return list(csv.DictReader(files("npss").joinpath(name).read_text(encoding="utf-8").splitlines()))
 
 
 def _is_of(row: dict[str, str], protocol: str | None) -> bool:
@@ -111,16 +153,47 @@ def _record(rows: list[dict[str, str]], protocol: str) -> Record:
         record["npss"] = {"released": scores[""]}
     if windows := {window: score for window, score in scores.items() if window}:
         record["npss_windows"] = {"released": windows}
-    convention: ConventionName | None = "released" if scores else None
-    metrics = [metric for metric in (NPSS.name, EULER_ERROR.name) if metric in record]
-    record["signature"] = signature(convention, metric="+".join(metrics), **fields)
-    record["signatures"] = {}
-    if convention:
-        record["signatures"][convention] = signature_of(record, NPSS.name, convention)
-    if errors:
-        record["signatures"][EULER_ERROR.name] = signature_of(record, EULER_ERROR.name)
+    _state(record, fields)
     tables = list(dict.fromkeys(row["table"] for row in rows if row["table"]))
     where = f", Table{'s' if len(tables) > 1 else ''} {', '.join(tables)}" if tables else ""
     record["source"] = first["source"] + where
     record["published"] = True
     return record
+
+
+def _reference(rows: list[dict[str, str]]) -> Record:
+    """Return the record of the measured rows of one model and action."""
+    first = rows[0]
+    seeds, draws = int(first["seeds"]), int(first["draws"])
+    record: dict[str, Any] = {"model": first["model"], "action": first["action"], **_numbers(rows, "value")}
+    fields: dict[str, Any] = {"fps": 25, "frames": int(first["frames"]), "representation": "euler"}
+    fields |= {"protocol": "srnn-8", "unwrap": "off", **EULER_ERROR.stated()} | ({"draws": draws} if draws > 1 else {})
+    _state(record, fields)
+    if seeds > 1:
+        record["spread"] = _numbers(rows, "spread")
+    record |= {"recipe": first["recipe"], "seeds": seeds, "draws": draws}
+    return record | {"source": f"npss-baselines, recipe {first['recipe']}", "reference": True}
+
+
+def _numbers(rows: list[dict[str, str]], column: str) -> Record:
+    """Return the numbers of one column, in the sections of a record."""
+    found: dict[str, Any] = {"euler_error": {}, "npss": {}, "npss_windows": {}}
+    for row in rows:
+        if row["metric"] == EULER_ERROR.name:
+            found["euler_error"][row["at"]] = float(row[column])
+        elif row["at"]:
+            found["npss_windows"].setdefault(row["convention"], {})[row["at"]] = float(row[column])
+        else:
+            found["npss"][row["convention"]] = float(row[column])
+    return found
+
+
+def _state(record: Record, fields: Mapping[str, Any]) -> None:
+    """Add the signatures of the numbers of a record."""
+    conventions: list[ConventionName] = list(record.get("npss", {}))
+    convention = None if not conventions else conventions[0] if len(conventions) == 1 else tuple(conventions)
+    metrics = [metric for metric in (NPSS.name, EULER_ERROR.name) if metric in record]
+    record["signature"] = signature(convention, metric="+".join(metrics), **fields)
+    record["signatures"] = {name: signature_of(record, NPSS.name, name) for name in conventions}
+    if EULER_ERROR.name in record:
+        record["signatures"][EULER_ERROR.name] = signature_of(record, EULER_ERROR.name)

@@ -84,6 +84,9 @@ def add_leaderboard_options(parser: argparse.ArgumentParser) -> None:
     """
     parser.add_argument("--published", action="store_true", help="also show published rows of the same meaning")
     parser.add_argument(
+        "--reference", action="store_true", help="also show rows of the same meaning that this project measured"
+    )
+    parser.add_argument(
         "--by", metavar="COLUMN", help="sort by this column, such as 'NPSS released' (default: the first)"
     )
     parser.add_argument(
@@ -151,7 +154,13 @@ def leaderboard_of(source: Any, options: argparse.Namespace, **context: Any) -> 
             raise ValueError(f"--method {name}: duplicate method")
         methods[name] = models
     return leaderboard(
-        source, published=options.published, by=options.by, methods=methods, level=options.level, **context
+        source,
+        published=options.published,
+        reference=options.reference,
+        by=options.by,
+        methods=methods,
+        level=options.level,
+        **context,
     )
 
 

@@ -117,9 +117,9 @@ class _Action:
         best = table.models[0][0]
         self._best = best if best in pairs else next(iter(pairs))  # a method has no predictions of its own
         shown = next(
-            table.cells[best, False, column].result
+            table.cells[best, "", column].result
             for column in (table.by, *table.columns)
-            if table.cells[best, False, column].result.heading == NPSS.heading
+            if table.cells[best, "", column].result.heading == NPSS.heading
         )
         meaning = parse_signature(shown.signature)
         self._groups = shown.groups

@@ -32,6 +32,7 @@ def leaderboard(
     source: Source,
     *,
     published: bool = False,
+    reference: bool = False,
     by: str | None = None,
     metrics: Sequence[str] = (),
     groups: Mapping[str, Iterable[Label | None]] | Iterable[Label | None] | None = None,
@@ -55,6 +56,9 @@ def leaderboard(
         weights in ``sequences["weight"]``.
     published : bool, optional
         Also show published rows of the same meaning; they are marked and not ranked.
+    reference : bool, optional
+        Also show the rows of the same meaning that this project measured (`npss.published.reference`); they are marked
+        and not ranked, and may be averages over draws.
     by : str, optional
         The column by which written tables are sorted and show ranks, such as ``'NPSS released'``; by default the first.
     metrics : sequence of str, optional
@@ -92,8 +96,9 @@ def leaderboard(
         If `source` is none of these, or a keyword is not a known field.
     ValueError
         If two numbers to be ranked together differ in meaning; shows both signatures. If models were scored on
-        different ground truth or in different blocks, a model is a duplicate, a file is broken, no published row has
-        the same meaning, no column is called `by`, `groups` do not fit the sequences, or `methods` the models.
+        different ground truth or in different blocks, a model is a duplicate, a file is broken, no published or
+        reference row has the same meaning, no column is called `by`, `groups` do not fit the sequences, or `methods`
+        the models.
 
     Notes
     -----
@@ -134,8 +139,13 @@ def leaderboard(
     if runs_of:
         check_truths(results)
         results = averaged(results, runs_of)
+    beside: list[Result] = []
     if published:
-        results += _published(results)
+        records = published_rows.records() + published_rows.records(protocol="srnn-8-late")
+        beside += _same("published", results, records)
+    if reference:
+        beside += _same("reference", results, published_rows.reference())
+    results += beside
     columns = list(dict.fromkeys(result.column for result in results))
     if by is not None and by not in columns:
         raise ValueError(f"by: expected one of {', '.join(columns)}; got {by!r}")
@@ -199,14 +209,13 @@ def _reports(source: Mapping[Any, Any]) -> Iterator[tuple[str, str, Report]]:
             yield model, action, report
 
 
-def _published(results: list[Result]) -> list[Result]:
-    """Return the published results that mean the same as some of `results`."""
-    own = {(result.action, result.column): result.signature for result in results}
-    records = published_rows.records() + published_rows.records(protocol="srnn-8-late")
+def _same(kind: str, results: list[Result], records: Sequence[Record]) -> list[Result]:
+    """Return the published or reference results that mean the same as some of `results`."""
+    own = {(result.action, result.column): result for result in results}
     rows = [result for record in records for result in results_of_record(record)]
-    same = [row for row in rows if own.get((row.action, row.column)) == row.signature]
+    same = [row for row in rows if (mine := own.get((row.action, row.column))) is not None and row.means_as(mine)]
     if not same:
         closest = next((row for row in rows if (row.action, row.column) in own), rows[0])
-        mine = own.get((closest.action, closest.column), results[0].signature)
-        raise ValueError(f"published: no published number means the same as yours: {closest.signature} and {mine}")
+        other = own.get((closest.action, closest.column), results[0])
+        raise ValueError(f"{kind}: no {kind} number means the same as yours: {closest.signature} and {other.signature}")
     return same

@@ -33,8 +33,8 @@ _LATEX = {
 }
 
 
-#: Standings by model, whether published, and column.
-Cells = dict[tuple[str, bool, str], Standing]
+#: Standings by model, kind (published, reference or empty), and column.
+Cells = dict[tuple[str, str, str], Standing]
 
 
 class Table(NamedTuple):
@@ -44,7 +44,7 @@ class Table(NamedTuple):
     columns: dict[str, str]  # columns and their short headings; the notes say the rest
     timed: frozenset[str]  # columns of single times
     by: str  # column by which models are ranked and sorted
-    models: list[tuple[str, bool]]  # best first, then published ones; and whether published
+    models: list[tuple[str, str]]  # and their kinds; best first, then published and reference ones
     cells: Cells
     signatures: list[str]
 
@@ -54,14 +54,14 @@ class Table(NamedTuple):
         models = [model for model in self.models if any((*model, column) in self.cells for column in columns)]
         return self._replace(columns=columns, models=models)
 
-    def rank(self, model: str, published: bool) -> str:
+    def rank(self, model: str, kind: str) -> str:
         """Return the rank as text; empty if a model has none."""
-        cell = self.cells.get((model, published, self.by))
+        cell = self.cells.get((model, kind, self.by))
         return "" if cell is None or cell.rank is None else str(cell.rank)
 
-    def row(self, model: str, published: bool, cell: Callable[[Standing], str]) -> list[str]:
+    def row(self, model: str, kind: str, cell: Callable[[Standing], str]) -> list[str]:
         """Return the cells of a model, each written by `cell`; missing ones are empty."""
-        standings = (self.cells.get((model, published, column)) for column in self.columns)
+        standings = (self.cells.get((model, kind, column)) for column in self.columns)
         return ["" if standing is None else cell(standing) for standing in standings]
 
 
@@ -75,9 +75,9 @@ def tables(standings: Sequence[Standing], by: str | None = None) -> list[Table]:
         columns = {result.column: result.time if single and result.time else result.column for result in results}
         timed = frozenset(result.column for result in results if result.time)
         chosen = by if by in columns else next(iter(columns))
-        cells = {(s.result.model, bool(s.result.source), s.result.column): s for s in of_action}
+        cells = {(s.result.model, s.result.kind, s.result.column): s for s in of_action}
 
-        def place(model: tuple[str, bool], cells: Cells = cells, by: str = chosen) -> tuple[bool, bool, float]:
+        def place(model: tuple[str, str], cells: Cells = cells, by: str = chosen) -> tuple[str, bool, float]:
             cell = cells.get((*model, by))
             return model[1], cell is None, math.inf if cell is None else cell.result.loss
 
@@ -151,7 +151,8 @@ def to_latex(
                 lines += _tabular(group, cell, below)
         lines.append(r"\scriptsize\raggedright")
         lines += [f"\\texttt{{{_latex(signature, breaks=True)}}}\\par" for signature in part.signatures]
-        italic = ["In italics: published."] if any(published for _, published in part.models) else []
+        kinds = list(dict.fromkeys(kind for _, kind in part.models if kind))
+        italic = [f"In italics: {' and '.join(kinds)}."] if kinds else []
         lines += [*(_latex(line) for line in (*notes, *italic, CITE)), r"\end{table}"]
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
@@ -165,12 +166,12 @@ def _tabular(part: Table, cell: Callable[[Standing], str], below: Callable[[Stan
         " & ".join(["rank", "model", *map(_latex, part.columns.values())]) + r" \\",
         r"\midrule",
     ]
-    for place, (model, published) in enumerate(part.models):
-        if published and place and not part.models[place - 1][1]:
+    for place, (model, kind) in enumerate(part.models):
+        if kind and place and not part.models[place - 1][1]:
             lines.append(r"\midrule")
-        name = f"\\textit{{{_latex(model)}}}" if published else _latex(model)
-        lines.append(" & ".join([part.rank(model, published), name, *part.row(model, published, cell)]) + r" \\")
-        if any(ends := part.row(model, published, below)):
+        name = f"\\textit{{{_latex(model)}}}" if kind else _latex(model)
+        lines.append(" & ".join([part.rank(model, kind), name, *part.row(model, kind, cell)]) + r" \\")
+        if any(ends := part.row(model, kind, below)):
             lines.append(" & ".join(["", "", *ends]) + r" \\")
     return [*lines, r"\bottomrule", r"\end{tabular}", r"\par\medskip"]
 
@@ -214,8 +215,8 @@ def html_tables(standings: Sequence[Standing], *, by: str | None = None, digits:
     return parts
 
 
-def _name(model: str, published: bool) -> str:
-    return f"{model} (published)" if published else model
+def _name(model: str, kind: str) -> str:
+    return f"{model} ({kind})" if kind else model
 
 
 def _digits(standing: Standing, digits: int | None) -> int:
@@ -242,7 +243,7 @@ def _ends(standing: Standing, digits: int | None) -> str:
 
 
 def _value(standing: Standing, digits: int | None) -> str:
-    """Round a value; a published one to the digits that were published, at least two."""
+    """Round a value; a published or reference one to the digits that are known, at least two."""
     digits = _digits(standing, digits)
     if standing.result.source:
         digits = min(digits, max(2, len(str(standing.result.value).partition(".")[2])))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -39,7 +40,8 @@ class Result:
     weight: Float64 | None = None  # (N,)
     fingerprint: Float64 | None = None  # (N, 9), of the ground truth; (N,) in statistics version 1
     groups: Groups = None  # blocks of the sequences; None: each is assumed to be its own
-    source: str = ""  # source of a published number, otherwise empty
+    source: str = ""  # source of a published number or one of this project, otherwise empty
+    reference: bool = False  # whether this project measured it
     seeds: tuple[float, ...] = ()  # the number of each run of a method; the value is their mean
 
     @property
@@ -53,9 +55,21 @@ class Result:
         return None if self.weight is None else Blocks(self.groups, self.weight)
 
     @property
+    def kind(self) -> str:
+        """``'published'`` or ``'reference'``, in tables after the name; empty for a user's number."""
+        return "" if not self.source else "reference" if self.reference else "published"
+
+    @property
     def label(self) -> str:
         """The name of the model in tables."""
-        return f"{self.model} (published)" if self.source else self.model
+        return f"{self.model} ({self.kind})" if self.source else self.model
+
+    def means_as(self, other: Result) -> bool:
+        """Return whether two numbers mean the same; reference numbers may be over other numbers of draws."""
+        meanings = [self.signature, other.signature]
+        if self.reference or other.reference:
+            meanings = [re.sub(r"\|draws:[0-9]+", "", meaning) for meaning in meanings]
+        return meanings[0] == meanings[1]
 
 
 def results_of_record(record: Record) -> list[Result]:
@@ -82,6 +96,7 @@ def _results(record: Record) -> Iterator[Result]:
         raise ValueError(f"source: expected text, got {source!r:.100}")
     model, action = model_name(record["model"]), one_line(record["action"])
     named: dict[str, Any] = {"model": model, "action": action, "source": source}
+    named["reference"] = record.get("reference") is True
     parse_signature(record["signature"])
     sequences = _object("sequences", record.get("sequences", {}))
     version = statistics_version(sequences)

@@ -36,7 +36,7 @@ class Standing:
     is_range: bool = False
     in_blocks: float | None = None  # score of the sequences in blocks, if some are in none
     behind: tuple[int, int] | None = None  # number of blocks in which the best is better, and number of blocks
-    rank: int | None = None  # 1 + number of better models; None for published numbers
+    rank: int | None = None  # 1 + number of better models; None for published and reference numbers
     best: bool = False
     worse: bool = False  # significantly worse than the best
     p_value: float | None = None  # of the difference from the best, corrected for the number of models
@@ -51,9 +51,9 @@ def standings(results: Sequence[Result], *, level: float = 0.95, seed: Seed = 0)
         If two results differ in meaning or ground truth, or belong to the same model.
     """
     checked_level(level)
-    published = {result.label for result in results if result.source}
-    if taken := [result.model for result in results if not result.source and result.model in published]:
-        raise ValueError(f"{taken[0]!r} is the name of a published model; rename yours")
+    kinds = {result.label: result.kind for result in results if result.source}
+    if taken := [result.model for result in results if not result.source and result.model in kinds]:
+        raise ValueError(f"{taken[0]!r} is the name of a {kinds[taken[0]]} model; rename yours")
     check_truths(results)
     columns: dict[tuple[str, str], list[Result]] = {}
     for result in results:
@@ -65,7 +65,7 @@ def _column(results: list[Result], level: float, seed: Seed) -> list[Standing]:
     first = results[0]
     where = f"{first.action or 'all'}, {first.column}"
     for other in results[1:]:
-        if other.signature != first.signature:
+        if not other.means_as(first):
             raise ValueError(
                 f"{where}: {first.model!r} and {other.model!r} are different numbers, which cannot be ranked together: "
                 f"{first.signature} and {other.signature}"
@@ -236,8 +236,10 @@ def notes(standings: Sequence[Standing], *, level: float = 0.95, seed: Seed = 0)
     """Explain intervals, marks and ranks, and say which blocks are too few to show a difference."""
     own = [standing for standing in standings if not standing.result.source]
     tested = [standing for standing in own if standing.result.weight is not None]
-    sources = dict.fromkeys(standing.result.source for standing in standings if standing.result.source)
-    best = "best unpublished" if sources else "best"
+    sources: dict[str, dict[str, None]] = {}
+    for result in (standing.result for standing in standings if standing.result.source):
+        sources.setdefault(result.kind, {})[result.source] = None
+    best = "best" if not sources else "best unpublished" if "reference" not in sources else "best ranked"
     better = direction(higher_headings(standings))
     lines = [f"{better[0].upper()}{better[1:]}. In bold, or with *: the {best} number of a column."]
     lines += _units(standings)
@@ -250,8 +252,7 @@ def notes(standings: Sequence[Standing], *, level: float = 0.95, seed: Seed = 0)
     for method, n in methods:
         if n:
             lines.append(f"{method}: the mean of {n} seeds; after 'seeds', the lowest and the highest of them.")
-    if sources:
-        lines.append(f"Published numbers, not ranked: {'; '.join(sources)}.")
+    lines += [f"{kind.capitalize()} numbers, not ranked: {'; '.join(of_kind)}." for kind, of_kind in sources.items()]
     return lines
 
 

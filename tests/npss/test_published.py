@@ -201,3 +201,41 @@ def test_they_form_a_leaderboard():
     assert board.tidy["rank"].isna().all()
     assert board.loc["VGRU-d (published)", ("eating", "NPSS released")] == 0.846
     assert board.loc["interpolation (published)", ("in-betweening, 30 frames", "NPSS released")] == 0.2013
+
+
+class TestReference:
+    def test_signatures_state_what_was_measured(self):
+        for record in published.reference():
+            assert record["reference"] is True
+            assert set(record["npss"]) == {"paper", "released"}
+            assert list(record["euler_error"]) == ["80", "160", "320", "400", "560", "1000"]
+            assert all(list(windows) == ["0-1", "1-2", "2-4"] for windows in record["npss_windows"].values())
+            for name in ("paper", "released", "euler_error"):
+                text = record["signatures"][name]
+                assert npss.signature(**npss.parse_signature(text)) == text
+                assert npss.parse_signature(text)["protocol"] == "srnn-8"
+
+    def test_the_untrained_rows(self):
+        rows = {(record["model"], record["action"]): record for record in published.reference()}
+        assert rows["zero-velocity", "walking"]["npss"] == pytest.approx({"paper": 2.334, "released": 1.141}, abs=5e-4)
+        assert rows["repeat-50", "eating"]["npss"] == pytest.approx({"paper": 1.81, "released": 0.95}, abs=5e-3)
+        assert rows["zero-velocity", "smoking"]["euler_error"]["1000"] == pytest.approx(1.694, abs=5e-4)
+
+    def test_seeds_and_draws(self, monkeypatch):
+        """A row of several seeds states their spread; its signature states draws."""
+        lines = [
+            "table,model,recipe,action,metric,convention,at,frames,value,seeds,spread,draws",
+            "4,m,ours,walking,npss,paper,,100,1.5,3,0.25,30",
+            "5,m,ours,walking,npss,paper,0-1,100,0.5,3,0.125,30",
+            "7,m,ours,walking,euler_error,,80,100,0.75,3,0.5,30",
+        ]
+        monkeypatch.setattr(published, "_rows", lambda name: list(csv.DictReader(lines)))
+        (record,) = published.reference()
+        assert (record["seeds"], record["draws"], record["recipe"]) == (3, 30, "ours")
+        assert record["spread"] == {
+            "npss": {"paper": 0.25},
+            "npss_windows": {"paper": {"0-1": 0.125}},
+            "euler_error": {"80": 0.5},
+        }
+        assert record["signatures"]["paper"].endswith("|unwrap:off|draws:30")
+        assert "|draws:30" in record["signatures"]["euler_error"]

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import npss
+from npss import published
 from npss.commands import main
 from npss.ranking._submissions import read_submissions
 
@@ -591,3 +592,55 @@ def test_one_command_ranks_baselines_and_sample_models(capsys, h36m_root, sample
     assert not any(row["worse"] == "True" for row in rows)  # nor can six blocks tell three models apart
     assert {row["rank"] for row in rows} == {"1"}
     assert {row["p_value"] for row in rows if row["action"] == "eating"} == {""}
+
+
+class TestReference:
+    """Rows that this project measured, beside one's own."""
+
+    def record(self, **changed):
+        (row,) = (row for row in published.reference() if (row["model"], row["action"]) == ("zero-velocity", "walking"))
+        own = {name: row[name] for name in ("action", "npss", "npss_windows", "euler_error", "signature", "signatures")}
+        return {**own, "model": "mine", **changed}
+
+    def test_they_are_marked_and_not_ranked(self):
+        board = npss.leaderboard([self.record()], reference=True)
+        assert {"mine", "zero-velocity (reference)", "repeat-50 (reference)"} <= set(board.index)
+        assert board.loc["repeat-50 (reference)", ("walking", "NPSS released")] == pytest.approx(0.828, abs=5e-4)
+        ranks = board.tidy.groupby("model")["rank"].first()
+        assert ranks["mine"] == 1
+        assert ranks.drop("mine").isna().all()
+        assert any(note.startswith("Reference numbers, not ranked: npss-baselines, recipe") for note in board.notes)
+        assert not any(note.startswith("Published numbers") for note in board.notes)
+
+    def test_beside_published_rows_of_the_same_name(self):
+        board = npss.leaderboard([self.record()], reference=True, published=True)
+        assert {"zero-velocity (reference)", "zero-velocity (published)"} <= set(board.index)
+        assert "In italics: published and reference." in board.to_latex()
+        text = board.to_text()
+        assert text.index("mine") < text.index("(published)") < text.index("(reference)")
+
+    def test_draws_do_not_hide_them(self, monkeypatch):
+        own = self.record()
+        meaning = own["signature"]
+        noisy = {**own, "model": "noisy", "source": "elsewhere", "reference": True, "signature": f"{meaning}|draws:30"}
+        monkeypatch.setattr(published, "reference", lambda: [noisy])
+        board = npss.leaderboard([own], reference=True)
+        assert "noisy (reference)" in board.index
+        assert "draws:30" in board.to_text()
+        drawn = {**own, "signature": f"{meaning}|draws:5"}
+        assert "noisy (reference)" in npss.leaderboard([drawn], reference=True).index
+
+    def test_a_name_that_is_taken(self):
+        with pytest.raises(ValueError, match=r"'zero-velocity \(reference\)' is the name of a reference model"):
+            npss.leaderboard([self.record(model="zero-velocity (reference)")], reference=True)
+
+    def test_other_windows_have_none(self):
+        signature = self.record()["signature"].replace("srnn-8", "random-256")
+        with pytest.raises(ValueError, match=r"reference: no reference number means the same as yours: .*srnn-8"):
+            npss.leaderboard([self.record(signature=signature)], reference=True)
+
+    def test_on_the_command_line(self, tmp_path, capsys):
+        path = tmp_path / "records.json"
+        path.write_text(json.dumps([self.record()]), encoding="utf-8")
+        assert main(["leaderboard", str(path), "--reference"]) == 0
+        assert "zero-velocity (reference)" in capsys.readouterr().out
