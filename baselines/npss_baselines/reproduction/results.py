@@ -164,13 +164,13 @@ class Results:
         }
         self._spans: dict[tuple[str, str, str, str], dict[tuple[str, str], Span]] = {}
 
-    @property
+    @cached_property
     def protocols(self) -> tuple[str, ...]:
         """The protocols, the eight windows of published tables first."""
         found = dict.fromkeys(place[2] for place in self._measured)
         return tuple(sorted(found, key=lambda name: (name != EIGHT, name != MANY)))
 
-    @property
+    @cached_property
     def actions(self) -> tuple[str, ...]:
         """The actions, in the order of the plan."""
         order = [action for group in self.plan.order for action in group["actions"]]
@@ -182,7 +182,10 @@ class Results:
         yield from self._measured.values()
 
     def of(self, action: str, protocol: str = EIGHT, unwrap: str = "off") -> dict[str, Measured]:
-        """Return the rows on an action, in the order of the plan."""
+        """Return the rows on an action, in the order of the plan; records without `EIGHT` have another in its place."""
+        protocols = self.protocols
+        if protocol == EIGHT and EIGHT not in protocols and protocols:  # such as generated motion
+            protocol = protocols[0]
         return {place[0]: found for place, found in self._measured.items() if place[1:] == (action, protocol, unwrap)}
 
     def spans(self, action: str, protocol: str = EIGHT, unwrap: str = "off", window: str = "") -> Mapping[Any, Span]:

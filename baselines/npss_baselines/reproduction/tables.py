@@ -203,7 +203,7 @@ def reproduces(results: Results) -> Table:
                 theirs = published_value(found.row, action, metric, at or convention)
                 ours = found.number(metric, convention, at)
                 share = "" if theirs is None else f"{100 * (ours.value / theirs - 1):+.0f} %"
-                compared += ["" if theirs is None else _short(theirs), _value(ours) if share else "", share]
+                compared += ["" if theirs is None else _as_published(theirs), _value(ours) if share else "", share]
             if any(compared):
                 rows.append([*named(found.row), action, *compared])
     header = ["model", "recipe", "action", "`released`, published", "here", "difference"]
@@ -502,7 +502,12 @@ def _published_records() -> list[Record]:
 
 def _published(row: Row, action: str, section: str, at: str) -> str:
     value = published_value(row, action, section, at)
-    return "" if value is None else _short(value, len(str(value).partition(".")[2]))
+    return "" if value is None else _as_published(value)
+
+
+def _as_published(value: float) -> str:
+    """Return a number with the digits that were published, at least two."""
+    return _short(value, len(str(value).partition(".")[2]))
 
 
 def _value(number: Number) -> str:

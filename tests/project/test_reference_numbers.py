@@ -1,0 +1,97 @@
+"""Tests of docs/reference-numbers.md: it, its pictures and the package data match the records, and these the motion."""
+
+import importlib.util
+import json
+from pathlib import Path
+
+import pytest
+
+from npss import published
+from npss.predictors import PREDICTORS
+
+ROOT = Path(__file__).parents[2]
+RECORDS = ROOT / "records"
+pytestmark = pytest.mark.skipif(not RECORDS.is_dir(), reason="needs the source code")
+
+
+@pytest.fixture(scope="module")
+def writer():
+    pytest.importorskip("torch")
+    pytest.importorskip("pandas")
+    pytest.importorskip("matplotlib")
+    spec = importlib.util.spec_from_file_location("writer", ROOT / "docs" / "write_reference_numbers.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def results(writer):
+    return writer.results()
+
+
+def records():
+    return [json.loads(path.read_text(encoding="utf-8")) for path in sorted(RECORDS.glob("*/*.json"))]
+
+
+def test_page_and_package_data_match_the_records(writer, results):
+    for path, text in writer.texts(results).items():
+        assert path.read_text(encoding="utf-8") == text, "out of date: run python docs/write_reference_numbers.py"
+
+
+def test_pictures_match_the_records(writer, results):
+    for path in writer.PICTURES:
+        assert writer.digest_of(path) == writer.digest(results), (
+            "out of date: run python docs/write_reference_numbers.py"
+        )
+
+
+def test_reference_rows_are_the_records(writer, results):
+    """The package has the numbers and the signatures of the records, in a small file."""
+    assert writer.PACKAGE_DATA.stat().st_size < 100_000
+    for row in published.reference():
+        found = results.of(row["action"])[row["model"]]
+        assert (row["seeds"], row["draws"]) == (len(found.seeds), found.draws)
+        for convention, value in row["npss"].items():
+            number = found.number("npss", convention)
+            assert value == pytest.approx(number.value, abs=5.1e-5)
+            assert row["signatures"][convention] == number.signature
+        for time, value in row["euler_error"].items():
+            number = found.number("euler_error", at=time)
+            assert value == pytest.approx(number.value, abs=5.1e-5)
+            assert row["signatures"]["euler_error"] == number.signature
+
+
+def test_untrained_rows_are_measured_again(h36m_root):
+    """Rounding of the conversion to Euler angles, of some 1e-15 rad, is far below the tolerance."""
+    from npss_baselines.data.h36m_source import Human36M
+    from npss_baselines.reproduction.measure import measure
+
+    tasks = {task.action: task for task in Human36M().tasks(h36m_root, ["walking", "eating", "smoking"])}
+    untrained = [record for record in records() if record["recipe"] == "untrained"]
+    assert len(untrained) >= 12
+    for record in untrained:
+        if record["row"] not in PREDICTORS:
+            continue
+        stored = record["measured"][0]
+        again = measure(record["row"], lambda _, row=record["row"]: PREDICTORS[row], tasks[stored["action"]])
+        assert again["signatures"] == stored["signatures"]
+        for section in ("npss", "euler_error"):
+            assert again[section] == pytest.approx(stored[section], rel=1e-9)
+        for convention, windows in again["npss_windows"].items():
+            assert windows == pytest.approx(stored["npss_windows"][convention], rel=1e-9)
+
+
+def test_records_hold_no_motion():
+    """Lists are of numbers of windows, blocks, draws or frequencies: none has an entry for each frame."""
+
+    def lengths(value):
+        if isinstance(value, dict):
+            for each in value.values():
+                yield from lengths(each)
+        elif isinstance(value, list):
+            yield len(value)
+            for each in value:
+                yield from lengths(each)
+
+    assert max(length for record in records() for length in lengths(record["measured"])) <= 64
