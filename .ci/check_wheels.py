@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Check both built wheels: of one version, typed, licensed, pinned to each other, with all modules and nothing else."""
 
+import csv
 import re
 import sys
 import zipfile
@@ -19,6 +20,12 @@ for name, package in (("npss_metric", "npss"), ("npss_baselines", "npss_baseline
         assert {file for file in files if file.endswith(".py")} == {
             str(path).removeprefix("baselines/") for path in tracked if path.parts[0] in (package, "baselines")
         }
+        if package == "npss":
+            tables = {name: wheel.read(f"npss/{name}.csv").decode() for name in ("published", "measured")}
+            rows = list(csv.DictReader(tables["measured"].splitlines()))
+            assert {("zero-velocity", "walking", "npss"), ("repeat-50", "smoking", "euler_error")} <= {
+                (row["model"], row["action"], row["metric"]) for row in rows
+            }, rows[:3]
         metadata = Parser().parsestr(wheel.read(f"{info}/METADATA").decode())
     requirements = metadata.get_all("Requires-Dist")
     always = [line for line in requirements if "extra ==" not in line]
