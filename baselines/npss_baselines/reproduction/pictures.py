@@ -58,9 +58,9 @@ def models(results: Results, convention: str = "released") -> Figure:
                     axes.plot(value, y, marker, color=colour, markersize=4)
         if convention == "released":
             for row in rows[action]:
-                value = published_value(row, action, "npss", "released")
-                if value is not None:
-                    axes.plot(value, places[row.name], "D", color=TRUTH, markersize=4, fillstyle="none")
+                theirs = published_value(row, action, "npss", "released")
+                if theirs is not None:
+                    axes.plot(theirs, places[row.name], "D", color=TRUTH, markersize=4, fillstyle="none")
         axes.set_title(action, fontsize=SMALL, loc="left")
         axes.set_xlabel(f"NPSS {convention}", fontsize=SMALL)
         axes.set_xlim(left=0)
