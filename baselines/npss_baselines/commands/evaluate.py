@@ -54,7 +54,7 @@ def add_parser(commands: Any) -> None:
         "--unwrap",
         choices=("off", "target", "seed"),
         default="off",
-        help="remove jumps of 2 pi before NPSS: off: nowhere, as published; target: in the target frames; seed: from "
+        help="remove jumps of 2 pi before NPSS; off: nowhere, as published; target: in the target frames; seed: from "
         "the seed frames on (default: %(default)s)",
     )
     add_metrics(parser)
