@@ -23,7 +23,7 @@ RESERVED = (
     *("h", "help", "iterations", "layers", "level", "list", "loss", "manifold", "max-size", "method", "methods"),
     *("metrics", "model", "models", "n", "o", "only", "out", "output", "parser", "pictures", "plan", "plugin"),
     *("protocol", "published", "quick", "recipe", "report", "resume", "run", "run-name", "runs", "scale", "seed"),
-    *("seeds", "select", "sequences", "size", "start", "subjects", "tensorboard", "tf32", "units", "unwrap"),
+    *("seeds", "select", "sequences", "size", "start", "subjects", "tensorboard", "tf32", "threads", "units", "unwrap"),
     *("validate-every", "validate-on", "whole", "windows", "workers"),
 )
 

@@ -59,7 +59,7 @@ def add_threads(parser: argparse.ArgumentParser) -> None:
         "--threads",
         type=int,
         metavar="N",
-        help="number of threads on the CPU; more than one is faster only while no other program uses these cores "
+        help="use N threads on the CPU; more than one is faster only while no other program uses these cores "
         "(default: that of the run to resume, else the environment variable OMP_NUM_THREADS, else 1)",
     )
 
