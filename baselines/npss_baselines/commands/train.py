@@ -84,6 +84,4 @@ def data_of(configuration: Configuration, root: Path | None, cache: Path | None)
     source = configuration.source
     if root is None and not source.generated:
         raise ValueError(needs([source, *(other for other in pose_sources().values() if other.generated)], "--data "))
-    folder = root or Path()
-    training_set = source.training_set(folder, configuration.actions, subjects=configuration.subjects, cache=cache)
-    return training_set, source.validation_tasks(folder, configuration.validate_on, cache=cache)
+    return configuration.motion(root or Path(), cache=cache)

@@ -13,7 +13,7 @@ from npss.records import Groups
 from npss.validation import one_of
 from npss_baselines.data.motion import Clip, joints_of_poses
 from npss_baselines.data.tasks import N_SEED, N_TARGET, Poses, Task, task_of
-from npss_baselines.data.windows import TrainingSet, training_set_of
+from npss_baselines.data.windows import STRIDE, TrainingSet, grid, training_set_of
 
 #: Recordings of each subject that `PoseSource.clips` reads in a quick trial.
 QUICK = 2
@@ -164,6 +164,26 @@ class PoseSource(Source):
         """Read the validation windows; by default, those of the validation subjects."""
         clips = {action: self._clips_of(folder, action, self.validation_subjects, cache) for action in actions}
         return [self._task(action, f"{self.name}-validation", clips[action]) for action in actions]
+
+    def held_out_tasks(
+        self, folder: Path, actions: Sequence[str], subjects: Sequence[Any], *, cache: Path | None = None
+    ) -> list[Task]:
+        """Read windows of training subjects that are held out: one at every 25th frame; a clip is a block.
+
+        Raises
+        ------
+        TypeError, ValueError, FileNotFoundError
+            As `recordings`; or if no clip of an action is long enough for a window.
+        """
+        tasks = []
+        for action in actions:
+            clips = self._clips_of(folder, action, subjects, cache)
+            windows = grid([len(clip) for clip in clips])
+            if not windows:
+                raise ValueError(f"{self.name}: no clip of {action} is long enough for a window")
+            protocol = f"held-out-{'-'.join(map(str, subjects))}-every-{STRIDE}"
+            tasks.append(task_of(action, protocol, clips, windows, tuple(window.clip for window in windows)))
+        return tasks
 
     def test_clips(self, folder: Path, action: str, *, cache: Path | None = None) -> list[Poses]:
         """Read the clips ``(T, 99)`` of an action for test windows, at 25 frames per second."""

@@ -186,12 +186,22 @@ def validation_windows(lengths: Sequence[int]) -> tuple[Window, ...]:
     (28, Window(clip=0, start=16, n_seed=50, n_target=100))
     """
     eight, late = (srnn_windows(lengths, n_seed=N_SEED, n_target=N_TARGET, late=late) for late in (False, True))
-    grid = [
+    return tuple(window for window in grid(lengths) if not any(_overlap(window, test) for test in eight + late))
+
+
+def grid(lengths: Sequence[int]) -> tuple[Window, ...]:
+    """Return the windows of 50 + 100 frames that start at every 25th frame of clips, from frame 16 on.
+
+    Examples
+    --------
+    >>> [window.start for window in grid((200, 150, 191))]
+    [16, 41, 16, 41]
+    """
+    return tuple(
         Window(clip, start, N_SEED, N_TARGET)
         for clip, length in enumerate(lengths)
         for start in range(FIRST, length - N_SEED - N_TARGET + 1, STRIDE)
-    ]
-    return tuple(window for window in grid if not any(_overlap(window, test) for test in eight + late))
+    )
 
 
 def _overlap(first: Window, second: Window) -> bool:

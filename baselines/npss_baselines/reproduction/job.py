@@ -135,10 +135,7 @@ def _fit(planned: Planned, place: Place, run: Path) -> dict[str, Any]:
 def _train_model(planned: Planned, place: Place, run: Path) -> dict[str, Any]:
     """Train a model; return what the record says about it."""
     configuration = configuration_of(planned, place.source)
-    training_set = place.source.training_set(
-        place.folder, configuration.actions, subjects=configuration.subjects, cache=place.cache
-    )
-    tasks = place.source.validation_tasks(place.folder, configuration.validate_on, cache=place.cache)
+    training_set, tasks = configuration.motion(place.folder, cache=place.cache)
     config.write(run / config.FILE, configuration, "cpu", {}, config.plugins_of(configuration))
     rows = trainer.train(configuration, training_set, tasks, run)
     return {"configuration": asdict(configuration), "motion": digest(training_set), "validation": rows}

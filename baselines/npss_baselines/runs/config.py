@@ -19,7 +19,8 @@ from npss.files import doing, read_json, write_text_atomically
 from npss.plugins import require
 from npss.validation import each, is_integer, one_of, positive_integer, positive_number
 from npss_baselines.data import SOURCES, PoseSource, pose_sources
-from npss_baselines.data.windows import checked_seed
+from npss_baselines.data.tasks import Task
+from npss_baselines.data.windows import TrainingSet, checked_seed
 from npss_baselines.fitted import FITTED
 from npss_baselines.models import MODELS
 from npss_baselines.models.recipe import Recipe
@@ -67,6 +68,8 @@ class Configuration:
         Decay of a moving average of the weights, which is then validated and kept.
     validate_on : tuple of str
         The actions of the validation windows.
+    hold_out : tuple
+        Training subjects whose windows are the validation windows; empty for those of the source.
     validate_every, checkpoint_every : int
         Iterations between validations, and between checkpoints.
 
@@ -88,6 +91,7 @@ class Configuration:
     validate_on: tuple[str, ...]
     validate_every: int
     checkpoint_every: int
+    hold_out: tuple[Any, ...] = ()
 
     def __post_init__(self) -> None:
         one_of("data", self.data, tuple(pose_sources()))
@@ -101,11 +105,35 @@ class Configuration:
         _some_of("validate_on", self.validate_on, self.actions)
         if self.source.train_subjects or self.subjects:
             _some_of("subjects", self.subjects, self.source.train_subjects)
+        if self.hold_out:
+            _some_of("hold_out", self.hold_out, self.source.train_subjects)
+        if both := [str(subject) for subject in self.hold_out if subject in self.subjects]:
+            raise ValueError(f"hold_out: subject {both[0]} is one to train on")
 
     @property
     def source(self) -> PoseSource:
         """The source of motion."""
         return pose_sources()[self.data]
+
+    def motion(self, folder: Path, *, cache: Path | None = None) -> tuple[TrainingSet, list[Task]]:
+        """Read the training set and the validation windows.
+
+        Parameters
+        ----------
+        folder : Path
+            The folder of the data set; unused for generated motion.
+        cache : Path, optional
+            A folder, perhaps missing, to cache files that are faster to read.
+
+        Raises
+        ------
+        TypeError, ValueError, FileNotFoundError
+            As the methods of `npss_baselines.data.PoseSource`.
+        """
+        training_set = self.source.training_set(folder, self.actions, subjects=self.subjects, cache=cache)
+        if self.hold_out:
+            return training_set, self.source.held_out_tasks(folder, self.validate_on, self.hold_out, cache=cache)
+        return training_set, self.source.validation_tasks(folder, self.validate_on, cache=cache)
 
 
 def read(path: Path) -> Configuration:
@@ -298,6 +326,15 @@ def parser_of(name: str) -> jsonargparse.ArgumentParser:
         help="validate and keep a moving average of the weights with this decay (default: no average)",
     )
     parser.add_argument(
+        "--hold-out",
+        nargs="+",
+        type=str | int,
+        default=[],
+        metavar="S",
+        help="validate on windows of these training subjects, and do not train on them (default: the source's "
+        "validation windows)",
+    )
+    parser.add_argument(
         "--validate-on",
         nargs="+",
         metavar="ACTION",
@@ -348,15 +385,16 @@ def configuration_of(
         values["actions"] = source.actions
     derived = {
         "validate_on": values["actions"],
-        "subjects": source.train_subjects,
+        "subjects": [subject for subject in source.train_subjects if str(subject) not in map(str, values["hold_out"])],
         "validate_every": max(1, iterations // 20),
         "checkpoint_every": max(1, iterations // 100),
     }
     values |= {key: value for key, value in derived.items() if values[key] is None}
-    sequences = {key: tuple(each(key, values[key])) for key in ("actions", "validate_on", "subjects")}
+    sequences = {key: tuple(each(key, values[key])) for key in ("actions", "validate_on", "subjects", "hold_out")}
     # The command line gives subjects as text; the source may name them otherwise.
     subjects = {str(subject): subject for subject in source.train_subjects}
-    sequences["subjects"] = tuple(subjects.get(str(subject), subject) for subject in sequences["subjects"])
+    for key in ("subjects", "hold_out"):
+        sequences[key] = tuple(subjects.get(str(subject), subject) for subject in sequences[key])
     return Configuration(**values | sequences)
 
 

@@ -464,6 +464,20 @@ def test_defaults_and_overrides():
     assert (changed.actions, changed.subjects, changed.validate_on) == (("gait",), (), ("gait",))
 
 
+def test_subjects_that_are_held_out_are_not_trained_on(tmp_path):
+    run = ["tiny", "--out", "nowhere", "--h36m", "somewhere", "--hold-out", "6", "1"]
+    held_out, _ = train_options.parse(run)
+    assert (held_out.hold_out, held_out.subjects) == ((6, 1), (7, 8, 9, 11))
+    config.write(tmp_path / config.FILE, held_out, "cpu")
+    assert config.read(tmp_path / config.FILE) == held_out
+    with pytest.raises(ValueError, match=r"^hold_out: subject 6 is one to train on"):
+        train_options.parse([*run, "--subjects", "6", "7"])
+    with pytest.raises(ValueError, match=r"^hold_out: expected one or more of 1, 6, 7, 8, 9, 11, .*; got 5"):
+        train_options.parse([*run[:-2], "5"])
+    with pytest.raises(ValueError, match=r"^hold_out: expected one or more of none, .*; got 1"):
+        train_options.parse(["tiny", "--out", "nowhere", "--data", "synthetic", "--hold-out", "1"])
+
+
 def test_missing_fields_of_older_configurations_are_off(tmp_path):
     """Runs that are older than these options were trained without them."""
     configuration, _ = train_options.parse(["vgru-ac", "--data", "synthetic", "--out", str(tmp_path / "a")])
@@ -471,6 +485,7 @@ def test_missing_fields_of_older_configurations_are_off(tmp_path):
     content = json.loads((tmp_path / config.FILE).read_text(encoding="utf-8"))
     for option in ("own_past", "restart_derivatives"):
         assert content["model"].pop(option) is False
+    assert content.pop("hold_out") == []
     (tmp_path / config.FILE).write_text(json.dumps(content), encoding="utf-8")
     assert config.read(tmp_path / config.FILE) == configuration
     options = ["vgru-ac", "--data", "synthetic", "--model.own_past", "true", "--out", str(tmp_path / "b")]
@@ -764,3 +779,21 @@ def test_real_motion(h36m_root, tmp_path, capsys):
     walking = folder.predictor_of(out, "walking", seed=0)(tasks["walking"].seed_frames, 100)
     assert np.array_equal(pairs["walking"].pred, walking)
     assert "protocol:validation-every-25|unwrap:off|actions:eating" in capsys.readouterr().out
+    arguments = ["--actions", "walking", "--hold-out", 1, 11, "--iterations", 2, "--validate-every", 2]
+    assert command("train", "tiny", "--h36m", h36m_root, *arguments, "--out", tmp_path / "held-out") == 0
+    assert "protocol:held-out-1-11-every-25|unwrap:off|actions:walking" in capsys.readouterr().out
+
+
+def test_windows_of_held_out_subjects_are_cut_from_their_clips_alone(h36m_root):
+    source = Human36M()
+    (task,) = source.held_out_tasks(h36m_root, ["walking"], (6, 11))
+    clips = [clip[::2] for subject in (6, 11) for clip in (recorded(h36m_root, subject, i) for i in (1, 2))]
+    starts = [(clip, start) for clip in range(4) for start in range(16, len(clips[clip]) - 149, 25)]
+    assert task.groups == tuple(clip for clip, _ in starts)
+    for (clip, start), seed_frames, target in zip(starts, task.seed_frames, task.target, strict=True):
+        np.testing.assert_array_equal(np.concatenate([seed_frames, target]), clips[clip][start : start + 150])
+
+
+def recorded(root, subject, clip):
+    """Read a clip of walking as it is in its file."""
+    return np.loadtxt(root / "dataset" / f"S{subject}" / f"walking_{clip}.txt", delimiter=",", dtype=np.float32)
