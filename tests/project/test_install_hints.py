@@ -16,7 +16,7 @@ HINT = re.compile(r"pip3? install ([^`\n]*)")
 KNOWN = re.compile(r"(?:-[ce] \S+\.txt |-e )*'?\\?\.|(?:cosmic-ray|nox|pre-commit)\b|\{\}")
 #: An extra of a name on the index, except the pin in the metadata.
 EXTRA = re.compile(
-    r"npss(?:-metric|-baselines)?\[(?:all|h5|manifold|pandas|plot|study|torch|torchmetrics)\b[\w,]*\](?!==)"
+    r"npss(?:-metric|-baselines)?\[(?:all|h5|manifold|pandas|plot|reproduce|study|torch|torchmetrics)\b[\w,]*\](?!==)"
 )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -157,11 +157,14 @@ class Results:
                 if seed in groups.setdefault(place, {}):
                     raise ValueError(f"records: two of {row!r} on {measured['action']}, seed {seed}")
                 groups[place][seed] = measured
-        order = list(plan.rows)
-        self._measured = {
+        rows = list(plan.rows)
+        measured = {
             place: Measured(plan.rows[place[0]], *place[1:], tuple(of_place), _mean(of_place), tuple(of_place.values()))
-            for place, of_place in sorted(groups.items(), key=lambda item: order.index(item[0][0]))
+            for place, of_place in groups.items()
         }
+        actions = self._actions(place[1] for place in measured)
+        order = sorted(measured, key=lambda place: (rows.index(place[0]), actions.index(place[1])))
+        self._measured = {place: measured[place] for place in order}
         self._spans: dict[tuple[str, str, str, str], dict[tuple[str, str], Span]] = {}
 
     @cached_property
@@ -173,9 +176,13 @@ class Results:
     @cached_property
     def actions(self) -> tuple[str, ...]:
         """The actions, in the order of the plan."""
-        order = [action for group in self.plan.order for action in group["actions"]]
-        found = dict.fromkeys(place[1] for place in self._measured)
-        return tuple(sorted(found, key=lambda name: order.index(name) if name in order else len(order)))
+        return self._actions(place[1] for place in self._measured)
+
+    def _actions(self, found: Iterable[str]) -> tuple[str, ...]:
+        """Order actions: those of the plan first."""
+        names = dict.fromkeys(found)
+        planned = dict.fromkeys(action for group in self.plan.order for action in group["actions"])
+        return (*(action for action in planned if action in names), *(name for name in names if name not in planned))
 
     def all(self) -> Iterator[Measured]:
         """Yield all numbers, in the order of the plan."""

@@ -86,6 +86,7 @@ def all_tables(results: Results) -> dict[str, Table]:
             f"table-5-{action}": table_5(results, action),
             f"table-6-{action}": euler_table(results, action, "table-6", SHORT_MS),
             f"table-7-{action}": euler_table(results, action, "table-7", SLICES_MS),
+            f"parts-{action}": parts(results, action),
             f"rankings-{action}": rankings(results, action),
             f"disagreements-{action}": disagreements(results, action),
         }
@@ -169,6 +170,19 @@ def euler_table(results: Results, action: str, name: str, times: Sequence[int]) 
     notes = [_missing(results, name, action), signatures(found.values(), "euler_error", [""])]
     header = ["model", "recipe", "", *(f"{time} ms" for time in times)]
     return Table(f"Table {number}, {action}: Euler error, radians", header, rows, _notes(notes), 3)
+
+
+def parts(results: Results, action: str) -> Table:
+    """Return what the score over four seconds is made of, and how fast the prediction moves."""
+    rows = []
+    for row in shown(results, "parts", action):
+        record = results.of(action)[row.name].record
+        if "parts" in record:
+            made_of = [record["parts"][name] for name in ("released", "paper")]
+            cells = [_short(made[part]) for made in made_of for part in ("form", "share", "share_floor")]
+            rows.append([*named(row), *cells, f"{record['speed_ratio']:.2f}"])
+    columns = [f"`{name}`: {part}" for name in ("released", "paper") for part in ("form", "share", "share floor")]
+    return Table(f"Parts of the score, {action}", ["model", "recipe", *columns, "speed"], rows, [])
 
 
 def ablation(results: Results) -> Table:
@@ -370,7 +384,7 @@ def shown(results: Results, name: str, action: str) -> list[Row]:
     section = section if name in ("table-4", "table-5") else "euler_error"
     rows: list[Row] = []
     for row in results.plan.rows.values():
-        of_table = name in row.tables or row.recipe == UNTRAINED
+        of_table = name in row.tables or row.recipe == UNTRAINED or (name == "parts" and "table-4" in row.tables)
         known = at is not None and published_value(row, action, section, at) is not None
         new = PUBLISHED.get(row.name) not in [PUBLISHED.get(other.name) for other in rows]
         if of_table and (row.name in of_action or (known and new)):
