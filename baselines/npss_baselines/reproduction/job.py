@@ -124,7 +124,6 @@ def _fit(planned: Planned, place: Place, run: Path) -> dict[str, Any]:
         place.source,
         place.folder,
         planned.actions,
-        subjects=planned.subjects or None,
         seed=planned.seed,
         cache=place.cache,
     )
