@@ -20,7 +20,7 @@ from npss_baselines.fitted.motion import Motion
 from npss_baselines.fitted.network import Ensemble, NetworkSettings, train
 
 _BLOCK = 128  # sequences at a time
-_PATIENCE = 12.0  # frames in which the weight of the blend's motion falls to 1/e
+_PULL = (1 + np.arange(N_TARGET) / 2) ** -2.0  # weight of the distance from the blend
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ class CalibratedSettings(NetworkSettings):
     damping: float = 0.1
     steps: int = 300
     rate: float = 0.05
-    near: float = 0.1
-    speed: float = 0.3
+    near: float = 0.2
+    speed: float = 0.1
 
 
 class CalibratedBlend(Fitted):
@@ -122,7 +122,7 @@ def calibrated(blend: Float64, shares: Float64, speed: Float64, settings: Calibr
     asked, pace = torch.from_numpy(shares).float(), torch.from_numpy(speed).float()
     n = settings.coefficients
     basis = torch.from_numpy(cosines(N_TARGET, n)).float() / (1 + settings.damping * torch.arange(n))[:, None]
-    pull = torch.exp(-torch.arange(N_TARGET) / _PATIENCE)
+    pull = torch.from_numpy(_PULL).float()
     # All of a sequence's terms are relative to its power, so that sequences do not depend on each other.
     powers = [_powers(start, first, end) for first, end in SPANS]
     scale = [(mean**2 * asked[:, :, i, 0]).sum(1, keepdim=True) + 1e-6 for i, (mean, _, _) in enumerate(powers)]
@@ -140,7 +140,8 @@ def calibrated(blend: Float64, shares: Float64, speed: Float64, settings: Calibr
                 for kind, outside in enumerate((variance, even)):
                     weight = (mean**2 + outside).detach()
                     share = outside / (mean**2 + outside + 1e-9)
-                    loss = loss + ((weight * (share - asked[:, :, i, kind]).abs()) / scale[i]).sum(1) / 8
+                    error = (weight * (share - asked[:, :, i, kind]).abs()).sum(1) / scale[i][:, 0]
+                    loss = loss + (settings.whole if i == 0 else 1.0) * error / 8
             paces = _pace(motion)
             total = pace.sum(1)
             loss = loss + settings.speed * ((paces - pace).abs().sum(1) + (paces.sum(1) - total).abs()) / total

@@ -51,6 +51,8 @@ class NetworkSettings:
         Highest learning rate, and decay of the weights, of AdamW.
     other_weight : float
         Weight of windows of other actions than those to predict.
+    whole : float
+        Weight of the shares over four seconds, relative to those of a shorter span.
     shift : float
         Standard deviation of the random shift of each angle's mean, relative to that between subjects of an action.
     scale : float
@@ -62,8 +64,9 @@ class NetworkSettings:
     epochs: int = 8
     batch: int = 64
     lr: float = 4e-3
-    weight_decay: float = 0.02
+    weight_decay: float = 0.2
     other_weight: float = 0.3
+    whole: float = 4.0
     shift: float = 0.7
     scale: float = 0.18
 
@@ -228,7 +231,7 @@ def _train_one(
             rate = min(1, (step + 1) / (0.05 * total)) * 0.5 * (1 + math.cos(math.pi * step / total))
             for group in optimizer.param_groups:
                 group["lr"] = settings.lr * rate
-            loss = _loss(network, _augmented(targets, chosen, spread, settings), scales, importance)
+            loss = _loss(network, _augmented(targets, chosen, spread, settings), scales, importance, settings.whole)
             optimizer.zero_grad(set_to_none=True)
             loss.backward()  # type: ignore[no-untyped-call]
             nn.utils.clip_grad_norm_(network.parameters(), 1.0)
@@ -238,17 +241,19 @@ def _train_one(
     return network
 
 
-def _loss(network: ShareNetwork, batch: Targets, scales: Tensor, importance: Tensor) -> Tensor:
+def _loss(network: ShareNetwork, batch: Targets, scales: Tensor, importance: Tensor, whole: float) -> Tensor:
     """Return each span's share error, relative to that of zero-velocity, and the deviance of the speed."""
     answers = network(batch.statistics, batch.action)
     mean = batch.statistics.level[..., None] + batch.moments[..., 0]
     error = torch.zeros(len(batch.action))
+    spans = torch.tensor([whole] + [1.0] * (len(SPANS) - 1))
+    spans = spans / spans.sum()
     for kind in (0, 1):
         outside = batch.moments[..., 1 + kind]
         weight = mean**2 + outside  # (N, 48, 4)
         predicted = torch.sigmoid(answers[..., kind:-1:2])
         difference = weight * (predicted - share_of(outside, mean)).abs()
-        error = error + (difference.sum(1) / scales[batch.action, :, kind]).mean(1)
+        error = error + (difference.sum(1) / scales[batch.action, :, kind]) @ spans
     rate = answers[..., -1].clamp(max=8)
     truth = batch.speed / _TYPICAL_SPEED
     deviance = (torch.exp(rate) - truth * rate).mean(1) / scales[batch.action, 0, 2]
