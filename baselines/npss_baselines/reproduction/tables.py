@@ -180,7 +180,7 @@ def parts(results: Results, action: str) -> Table:
         if "parts" in record:
             made_of = [record["parts"][name] for name in ("released", "paper")]
             cells = [_short(made[part]) for made in made_of for part in ("form", "share", "share_floor")]
-            rows.append([*named(row), *cells, f"{record['speed_ratio']:.2f}"])
+            rows.append([*named(row), *cells, _short(record["speed_ratio"], 2)])
     columns = [f"`{name}`: {part}" for name in ("released", "paper") for part in ("form", "share", "share floor")]
     return Table(f"Parts of the score, {action}", ["model", "recipe", *columns, "speed"], rows, [])
 

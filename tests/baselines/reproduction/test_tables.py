@@ -72,7 +72,7 @@ def test_parts_of_the_score(results):
     number = results.of("walking")["vgru-d"].number("npss", "released")
     assert float(row["`released`: form"]) + float(row["`released`: share"]) == pytest.approx(number.value, abs=1.1e-3)
     assert float(row["`paper`: share floor"]) > 0
-    assert cells(tables.parts(results, "walking"), "zero-velocity")[0]["speed"] == "0.00"
+    assert cells(tables.parts(results, "walking"), "zero-velocity")[0]["speed"] == ".00"
 
 
 def test_ablation_is_beside_the_whole_model(of_plan):
