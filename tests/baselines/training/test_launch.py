@@ -514,13 +514,13 @@ def test_a_resumed_run_prints_the_remaining_time(tmp_path, capsys, slow, signall
 def test_training_says_once_that_it_has_become_slower(tmp_path, capsys, monkeypatch, slow, later, threads, advice):
     """It compares iterations without the validation between them."""
     monkeypatch.setattr(torch, "get_num_threads", lambda: threads)
-    validate = trainer.Member.validate
+    validate = trainer.TrainingRun.validate
 
     def slowly(member, iteration):
         fitting.time.now += 1000 * (iteration > 6)
         return validate(member, iteration)
 
-    monkeypatch.setattr(trainer.Member, "validate", slowly)
+    monkeypatch.setattr(trainer.TrainingRun, "validate", slowly)
     slow([*[1.0] * 6, *[later] * 24])
     recipe = replace(RECIPE, iterations=30, regime="open")
     trained(tmp_path, replace(configured(), recipe=recipe, validate_every=1))

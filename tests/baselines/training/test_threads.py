@@ -29,17 +29,17 @@ def used(monkeypatch):
     numbers = set()
     before = torch.get_num_threads()
     torch.set_num_threads(3)
-    member_loss, loss_of = trainer.Member.loss, loss.loss_of
+    model_loss, loss_of = trainer.TrainingRun.loss, loss.loss_of
 
-    def of_member(*arguments):
+    def of_model(*arguments):
         numbers.add(torch.get_num_threads())
-        return member_loss(*arguments)
+        return model_loss(*arguments)
 
     def of_manifold(*arguments, **options):
         numbers.add(torch.get_num_threads())
         return loss_of(*arguments, **options)
 
-    monkeypatch.setattr(trainer.Member, "loss", of_member)
+    monkeypatch.setattr(trainer.TrainingRun, "loss", of_model)
     monkeypatch.setattr(manifold_trainer, "loss_of", of_manifold)
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     yield numbers
