@@ -54,11 +54,11 @@ def test_reference_rows_are_the_records(writer, results):
         assert (row["seeds"], row["draws"]) == (len(found.seeds), found.draws)
         for convention, value in row["npss"].items():
             number = found.number("npss", convention)
-            assert value == pytest.approx(number.value, abs=5.1e-5)
+            assert value == pytest.approx(number.value, rel=1e-5)
             assert row["signatures"][convention] == number.signature
         for time, value in row["euler_error"].items():
             number = found.number("euler_error", at=time)
-            assert value == pytest.approx(number.value, abs=5.1e-5)
+            assert value == pytest.approx(number.value, rel=1e-5)
             assert row["signatures"]["euler_error"] == number.signature
 
 

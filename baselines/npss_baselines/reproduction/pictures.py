@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 #: The frequencies that are summed in a band, and the highest that is drawn: there is little above it. A repetition of
 #: half the window has power at every second frequency only.
 _BAND, _MOST_HZ = 2, 6.0
+_STILL: dict[str, list[float]] = {"prediction": []}
 
 
 @by_defaults
@@ -104,25 +105,26 @@ def amplitudes(results: Results) -> Figure:
         If matplotlib is missing.
     """
     actions = results.actions
-    figure = new_figure(9, 4)
+    rows = dict.fromkeys(row.name for action in actions for row in shown(results, "table-4", action))
+    records = {
+        (action, name): found.record["amplitude"]
+        for action in actions
+        for name, found in results.of(action).items()
+        if name in rows and "amplitude" in found.record
+    }
+    moving = [name for name in rows if any(any(records.get((a, name), _STILL)["prediction"][1:]) for a in actions)]
+    held = [name for name in rows if name not in moving and any((action, name) in records for action in actions)]
+    figure = new_figure(10, 4)
     axes_of = figure.subplots(1, len(actions), sharey=True, squeeze=False)[0]
-    names = list(
-        dict.fromkeys(
-            name
-            for action in actions
-            for name, found in results.of(action).items()
-            if found.record.get("amplitude") and any(found.record["amplitude"]["prediction"][1:])
-        )
-    )
     for axes, action in zip(axes_of, actions, strict=True):
-        of_action = results.of(action)
-        truth = next((f.record["amplitude"]["truth"] for f in of_action.values() if "amplitude" in f.record), None)
-        lines = {} if truth is None else {"ground truth": (truth, TRUTH, "-", 2.0)}
-        for i, name in enumerate(names):
-            if name in of_action and "amplitude" in of_action[name].record:
-                dash = DASHES[i // len(COLOURS) % len(DASHES)]
-                predicted = of_action[name].record["amplitude"]["prediction"]
-                lines[name] = predicted, COLOURS[i % len(COLOURS)], dash, 1.2
+        lines = {}
+        for i, name in enumerate(moving):
+            if (action, name) not in records:
+                continue
+            amplitude = records[action, name]
+            lines["ground truth"] = amplitude["truth"], TRUTH, "-", 2.0
+            dash = DASHES[i // len(COLOURS) % len(DASHES)]
+            lines[name] = amplitude["prediction"], COLOURS[i % len(COLOURS)], dash, 1.2
         for name, (heights, colour, dash, width) in lines.items():
             hertz, bands = _in_bands(heights)
             axes.plot(hertz, bands, color=colour, linestyle=dash, linewidth=width, label=label(name))
@@ -131,12 +133,8 @@ def amplitudes(results: Results) -> Figure:
         axes.set_xlabel("frequency (Hz)", fontsize=SMALL)
         tidy(axes)
     axes_of[0].set_ylabel("mean amplitude (rad)", fontsize=SMALL)
-    axes_of[0].legend(frameon=False, fontsize=TINY)
-    held = [
-        name
-        for name, found in results.of(actions[0]).items()
-        if "amplitude" in found.record and not any(found.record["amplitude"]["prediction"][1:])
-    ]
+    handles = {line.get_label(): line for axes in axes_of for line in axes.get_lines()}
+    figure.legend(handles.values(), handles, loc="outside right upper", frameon=False, fontsize=TINY)
     note = (
         f"mean over windows ({EIGHT}) and moving Euler angles, jumps of 2π removed; in bands of two frequencies, the "
         "root of the sum of their squares; 0 Hz, the mean pose, is left out"

@@ -88,15 +88,9 @@ class Measured:
         """The number of predictions of each run that were averaged."""
         return int(self.record.get("draws", 1))
 
-    def numbers(self) -> Iterator[Number]:
-        """Yield the numbers: NPSS over all frames and by window, and the Euler error."""
-        for convention, value in self.record["npss"].items():
-            yield self._number("npss", convention, "", ("npss", convention), value)
-        for convention, windows in self.record["npss_windows"].items():
-            for window, value in windows.items():
-                yield self._number("npss", convention, window, ("npss_windows", convention, window), value)
-        for time, value in self.record["euler_error"].items():
-            yield self._number("euler_error", "", time, ("euler_error", time), value)
+    def numbers(self) -> Iterable[Number]:
+        """Return the numbers: NPSS over all frames and by window, and the Euler error."""
+        return self._numbers.values()
 
     def number(self, metric: str, convention: str = "", at: str = "") -> Number:
         """Return one number; raise a ValueError if there is none."""
@@ -106,7 +100,14 @@ class Measured:
 
     @cached_property
     def _numbers(self) -> dict[tuple[str, str, str], Number]:
-        return {(number.metric, number.convention, number.at): number for number in self.numbers()}
+        """All numbers, by metric, convention, and window or time."""
+        of: list[tuple[str, str, str, tuple[str, ...], float]]
+        of = [("npss", name, "", ("npss", name), value) for name, value in self.record["npss"].items()]
+        for name, windows in self.record["npss_windows"].items():
+            of += [("npss", name, at, ("npss_windows", name, at), value) for at, value in windows.items()]
+        errors = self.record["euler_error"].items()
+        of += [("euler_error", "", at, ("euler_error", at), value) for at, value in errors]
+        return {each[:3]: self._number(*each) for each in of}
 
     def _number(self, metric: str, convention: str, at: str, path: Sequence[str], value: float) -> Number:
         by_seed = [_at(record, path) for record in self.records]
@@ -271,7 +272,8 @@ def _for_leaderboard(found: Measured, window: str) -> Record | None:
     """Return a record that a leaderboard can read beside others: without draws, of all frames or of a window."""
     record = found.record
     stated = {name: value for name, value in npss.parse_signature(record["signature"]).items() if name != "draws"}
-    chosen: Record = {"model": found.row.name, "action": found.action}
+    # Each row has an action of its own, since those of an action would be tested in pairs, which takes long.
+    chosen: Record = {"model": found.row.name, "action": found.row.name}
     if not window:
         sequences = record.get("sequences")
         return (

@@ -78,7 +78,8 @@ class Table(NamedTuple):
 
 def all_tables(results: Results) -> dict[str, Table]:
     """Return every table, perhaps without rows, by the name of its file, such as ``'table-4-walking'``."""
-    found = {"ablation": ablation(results), "reproduces": reproduces(results), "table-1": table_1(results)}
+    found = {"ablation": ablation(results), "recipes": recipes(results), "reproduces": reproduces(results)}
+    found["table-1"] = table_1(results)
     for action in results.actions:
         found |= {
             f"table-2-{action}": table_2(results, action),
@@ -93,6 +94,11 @@ def all_tables(results: Results) -> dict[str, Table]:
         if wraps(results, action):
             found[f"table-5-{action}-unwrapped"] = table_5(results, action, unwrap="target")
     return dict(sorted(found.items()))
+
+
+def recipes(results: Results) -> Table:
+    """Return what each recipe is, in words."""
+    return Table("Recipes", ["recipe", ""], [[f"`{name}`", what] for name, what in results.plan.recipes.items()], [])
 
 
 def table_1(results: Results) -> Table:
@@ -318,8 +324,8 @@ def package_data(results: Results) -> str:
             place = place if number.metric == "euler_error" else "5" if number.at else "4"
             writer.writerow(
                 [place, found.row.name, found.row.recipe, found.action, number.metric, number.convention, number.at]
-                + [100, f"{number.value:.4f}", len(found.seeds)]
-                + ["" if number.over_seeds is None else f"{number.over_seeds:.4f}", found.draws]
+                + [100, _digits(number.value), len(found.seeds)]
+                + [_digits(number.over_seeds), found.draws]
             )
     return file.getvalue()
 
