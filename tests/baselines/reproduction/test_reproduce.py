@@ -71,6 +71,9 @@ def test_a_plan_becomes_records_once(tmp_path, plan, capsys):
     assert tiny["trained_with"]["threads"] == 1
     assert tiny["seconds"] >= 0
     assert tiny["why"] == "a test"
+    table = (tmp_path / "out" / "tables" / "table-4-gait.md").read_text(encoding="utf-8")
+    assert f"{still['measured'][0]['npss']['paper']:.3f}".removeprefix("0") in table
+    assert "| tiny  | ours" in table
     capsys.readouterr()
     assert reproduce(tmp_path, plan) == 0
     assert "2 runs, 2 done" in capsys.readouterr().err
