@@ -62,6 +62,38 @@ def test_reference_rows_are_the_records(writer, results):
             assert row["signatures"]["euler_error"] == number.signature
 
 
+def test_what_the_text_says_holds(results):
+    """The sentences that a person wrote about untrained rows."""
+    actions = ("walking", "eating", "smoking")
+    theirs = published.records("Gopalakrishnan et al. 2019")
+
+    def score(row, action, convention, protocol="srnn-8"):
+        return results.of(action, protocol)[row].number("npss", convention).value
+
+    best = {a: min(r["npss"]["released"] for r in theirs if r["action"] == a and "npss" in r) for a in actions}
+    assert best == {"walking": 0.887, "eating": 0.836, "smoking": 1.235}
+    assert all(score("gated-periodic", action, "released") < best[action] for action in actions)
+    assert [score("periodic", action, "released") < best[action] for action in actions] == [True, True, False]
+    assert score("zero-velocity", "smoking", "released") < best["smoking"]
+    ahead = {
+        convention: [
+            score("periodic", action, convention, "random-256")
+            < score("zero-velocity", action, convention, "random-256")
+            for action in actions
+        ]
+        for convention in ("released", "paper")
+    }
+    assert ahead == {"released": [True, False, False], "paper": [True, True, True]}
+    held = [record for record in theirs if record["model"] == "zero-velocity" and record["action"] in actions]
+    for record in held:
+        for time, value in record["euler_error"].items():
+            ours = results.of(record["action"])["zero-velocity"].number("euler_error", at=time).value
+            assert ours == pytest.approx(value, abs=0.005)
+    for action in actions:
+        for row in ("running-average-2", "running-average-4"):
+            assert score(row, action, "paper") == pytest.approx(score("zero-velocity", action, "paper"), rel=1e-9)
+
+
 def test_untrained_rows_are_measured_again(h36m_root):
     """Rounding of the conversion to Euler angles, of some 1e-15 rad, is far below the tolerance."""
     from npss_baselines.data.h36m_source import Human36M
