@@ -15,8 +15,10 @@ from npss.gait import gait
 from npss.predictors import gated_periodic
 from npss.rotations import expmap_to_matrix
 from npss.skeleton import H36M
+from npss_baselines.data.h36m_source import Human36M
 from npss_baselines.data.source import PoseSource, Recording
 from npss_baselines.data.synthetic import Synthetic, synthetic_task
+from npss_baselines.evaluation.evaluate import evaluate
 from npss_baselines.fitted import FITTED
 from npss_baselines.fitted.angles import ANGLES, angles_of, mirrored, poses_of
 from npss_baselines.fitted.cosine import cosines
@@ -325,3 +327,23 @@ def test_subjects_of_every_action_are_recorded(monkeypatch):
 def test_every_name_has_a_description():
     assert all(spec.name == name and spec.description for name, spec in FITTED.items())
     assert issubclass(Few, PoseSource)
+
+
+# On the eight windows of walking, fitted to all training subjects: NPSS `released` and `paper`, Euler errors at 80, 400
+# and 1000 ms. A solver's rounding moves ridge by far less than the tolerance.
+WALKING = {
+    "ridge": (0.8750, 1.6235, 0.256, 0.626, 0.749),
+    "nearest-10": (0.8115, 1.4715, 0.266, 0.739, 0.859),
+}
+
+
+@pytest.mark.parametrize("name", WALKING)
+def test_walking(name, h36m_root):
+    run = fitted.fit(name, Human36M(), h36m_root, ["walking"])
+    assert run.configuration.subjects == {"walking": (1, 6, 7, 8, 9, 11)}
+    (task,) = Human36M().tasks(h36m_root, ["walking"])
+    record = evaluate(name, run.predictor("walking"), task)
+    errors = [record["euler_error"][time] for time in ("80", "400", "1000")]
+    measured = [record["npss"]["released"], record["npss"]["paper"], *errors]
+    np.testing.assert_allclose(measured, WALKING[name], atol=1e-3)
+    assert record["signature"].endswith("|protocol:srnn-8|unwrap:off|average:at|columns:gt")
