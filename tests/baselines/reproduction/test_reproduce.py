@@ -8,11 +8,12 @@ import time
 from pathlib import Path
 
 import pytest
+import torch
 from filelock import FileLock
 
 from npss_baselines.__main__ import main
 from npss_baselines.data import pose_sources
-from npss_baselines.reproduction import job
+from npss_baselines.reproduction import job, processes
 from npss_baselines.reproduction.plan import read_plan
 
 SYNTHETIC = pose_sources()["synthetic"]
@@ -49,6 +50,20 @@ def plan(tmp_path):
     return file
 
 
+@pytest.fixture
+def in_process(monkeypatch):
+    """Run jobs in this process, which has imported what they need, on one thread as theirs."""
+
+    def run(jobs, *, workers, say):
+        return [job for job in jobs if main(job.command[3:]) != 0]
+
+    monkeypatch.setattr(processes, "run", run)
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
+
+
 def reproduce(tmp_path, plan, *options):
     arguments = ["reproduce", "--synthetic", "--out", tmp_path / "out", "--plan", plan, *options]
     return main([str(argument) for argument in arguments])
@@ -58,6 +73,7 @@ def record_of(tmp_path, name):
     return json.loads((tmp_path / "out" / "records" / f"{name}.json").read_text(encoding="utf-8"))
 
 
+@pytest.mark.usefixtures("in_process")
 def test_a_plan_becomes_records_once(tmp_path, plan, capsys):
     assert reproduce(tmp_path, plan) == 0
     records = {path: path.read_bytes() for path in (tmp_path / "out" / "records").rglob("*.json")}
@@ -96,11 +112,12 @@ def test_list_runs_nothing(tmp_path, plan, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("in_process")
 def test_what_was_cut_off_is_resumed_to_the_same_numbers(tmp_path):
     plan = tmp_path / "plan.toml"
-    plan.write_text(PLAN.format(iterations=300), encoding="utf-8")
-    command = [sys.executable, "-m", "npss_baselines", "reproduce", "--synthetic", "--plan", str(plan), "--out"]
-    process = subprocess.Popen([*command, str(tmp_path / "out")])
+    plan.write_text(PLAN.format(iterations=60), encoding="utf-8")
+    options = ["--plan", str(plan), "--only", "tiny", "--out", str(tmp_path / "out")]
+    process = subprocess.Popen([sys.executable, "-m", "npss_baselines", "reproduce", "--synthetic", *options])
     run = tmp_path / "out" / "runs" / "tiny" / "gait-seed-0"
     while not (run / "last.ckpt").exists():
         assert process.poll() is None
@@ -108,24 +125,23 @@ def test_what_was_cut_off_is_resumed_to_the_same_numbers(tmp_path):
     process.send_signal(signal.SIGTERM)
     assert process.wait() == 128 + signal.SIGTERM
     assert not (run / job.TRAINED).exists()
-    assert reproduce(tmp_path, plan) == 0
-    assert (
-        main(["reproduce", "--synthetic", "--plan", str(plan), "--out", str(tmp_path / "whole"), "--only", "tiny"]) == 0
-    )
-    whole = json.loads((tmp_path / "whole" / "records" / "tiny" / "gait-seed-0.json").read_text(encoding="utf-8"))
+    assert reproduce(tmp_path, plan, "--only", "tiny") == 0
     resumed = record_of(tmp_path, "tiny/gait-seed-0")
+    (tmp_path / "out").rename(tmp_path / "interrupted")
+    assert reproduce(tmp_path, plan, "--only", "tiny") == 0
+    whole = record_of(tmp_path, "tiny/gait-seed-0")
     assert resumed["validation"] == whole["validation"]
     assert resumed["measured"] == whole["measured"]
 
 
+@pytest.mark.usefixtures("in_process")
 def test_failures_are_listed_and_leave_the_others_alone(tmp_path, plan, capsys):
     text = plan.read_text(encoding="utf-8")
     plan.write_text(text.replace("batch = 2", "batch = 2, lr = 1e30"), encoding="utf-8")
     assert reproduce(tmp_path, plan) == 2
     error = capsys.readouterr().err
     assert "1 of 2 runs failed: tiny/gait-seed-0" in error
-    assert "log.txt" in error
-    assert "diverge" in (tmp_path / "out" / "runs" / "tiny" / "gait-seed-0" / "log.txt").read_text(encoding="utf-8")
+    assert "diverge" in error
     record_of(tmp_path, "still/gait-seed-0")
 
 
