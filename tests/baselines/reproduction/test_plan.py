@@ -47,6 +47,7 @@ def test_every_run_that_the_page_needs_is_in_the_plan():
         | of(ablation, [0, 1, 2], ["walking"])
     )
     needed |= of(("erd", "lstm-3lr", "srnn"), [0]) | {"vgru-d-faithful/walking-seed-0"}
+    needed |= of(("dc-share", "calibrated-blend"), [0, 1, 2], ["3-actions"]) | {"dc-share-median/3-actions-seed-0"}
     needed |= {f"{row}/15-actions-seed-0" for row in ("vgru-r1-all", "mbr-unsup-all", "mbr-sup-all")}
     assert needed <= set(names())
 
