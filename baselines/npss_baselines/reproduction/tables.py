@@ -87,6 +87,7 @@ def all_tables(results: Results) -> dict[str, Table]:
             f"table-5-{action}": table_5(results, action),
             f"table-6-{action}": euler_table(results, action, "table-6", SHORT_MS),
             f"table-7-{action}": euler_table(results, action, "table-7", SLICES_MS),
+            f"best-{action}": best(results, action),
             f"parts-{action}": parts(results, action),
             f"rankings-{action}": rankings(results, action),
             f"disagreements-{action}": disagreements(results, action),
@@ -189,6 +190,28 @@ def parts(results: Results, action: str) -> Table:
             rows.append([*named(row), *cells, _short(record["speed_ratio"], 2)])
     columns = [f"`{name}`: {part}" for name in ("released", "paper") for part in ("form", "share", "share floor")]
     return Table(f"Parts of the score, {action}", ["model", "recipe", *columns, "speed"], rows, [])
+
+
+def best(results: Results, action: str) -> Table:
+    """Return the smallest published number of each column of the tables, beside those of the fitted predictors."""
+    rows = [row for row in results.plan.rows.values() if row.recipe == "fitted" and row.name in results.of(action)]
+    still = results.of(action).get("zero-velocity")
+    cells = []
+    columns = [("npss", "released", "", "`released`, 0-4 s")]
+    columns += [("npss", "released", window, f"`released`, {window} s") for window in WINDOWS]
+    columns += [("euler_error", "", str(time), f"{time} ms") for time in SLICES_MS]
+    for metric, convention, at, heading in columns:
+        section = "npss_windows" if metric == "npss" and at else metric
+        least = min(_all_published(action, section, at or convention))
+        if metric == "euler_error" and still is not None:
+            least = min(least, still.number(metric, convention, at).value)
+        ours = [results.of(action)[row.name].number(metric, convention, at) for row in rows]
+        marked = [f"**{_value(number)}**" if number.value < least else _value(number) for number in ours]
+        cells.append([heading, _short(least), *marked])
+    header = ["", "published", *(row.name for row in rows)]
+    note = "In bold: below every published number of the column (of Euler errors, also below zero-velocity)."
+    title = f"The best published numbers and the fitted predictors, {action}"
+    return Table(title, header, cells if rows else [], [note], 1)
 
 
 def ablation(results: Results) -> Table:
@@ -513,6 +536,15 @@ def published_value(row: Row, action: str, section: str, at: str) -> float | Non
             if at in numbers:
                 return float(numbers[at])
     return None
+
+
+def _all_published(action: str, section: str, at: str) -> Iterator[float]:
+    """Return the published numbers of all models in one column of a table."""
+    for record in _published_records():
+        numbers = record.get(section, {}) if record["action"] == action else {}
+        numbers = numbers.get("released", {}) if section == "npss_windows" else numbers
+        if at in numbers:
+            yield float(numbers[at])
 
 
 @cache

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from npss import published
+from npss.predictors import repeat
 from npss_baselines.reproduction import pictures, tables
 from npss_baselines.reproduction.plan import read_plan
 from npss_baselines.reproduction.results import Results
+from reproduced import record
 
 
 def cells(table, name):
@@ -23,6 +25,26 @@ def cells(table, name):
             break
         rows.append(row)
     return [dict(zip(table.header, row, strict=True)) for row in rows]
+
+
+def test_best_numbers(of_plan):
+    fitted = record("ridge", "fitted", 0, repeat)
+    results = Results(read_plan(), [*of_plan, fitted])
+    table = tables.best(results, "walking")
+    assert table.header == ["", "published", "ridge"]
+    least = [".887", ".117", ".170", ".359", ".270", ".470", ".640", ".720", "1.026", "1.231"]  # Tables 4 to 7
+    ours = [results.of("walking")["ridge"].number("npss", "released", at).value for at in ("", *tables.WINDOWS)]
+    errors = fitted["measured"][0]["euler_error"]
+    still = results.of("walking")["zero-velocity"].number
+    for i, (row, number) in enumerate(zip(table.rows, [*ours, *errors.values()], strict=True)):
+        bound = float(least[i])
+        if i > 3:
+            bound = min(bound, still("euler_error", "", row[0].split()[0]).value)
+        assert float(row[1]) == pytest.approx(bound, abs=5.1e-4)
+        assert float(row[2].strip("*")) == pytest.approx(number, abs=5.1e-4)
+        assert row[2].startswith("**") == (number < bound)
+    assert {row[2].startswith("**") for row in table.rows} == {True, False}
+    assert tables.best(Results(read_plan(), of_plan), "walking").rows == []
 
 
 def test_table_4(results):
@@ -42,7 +64,7 @@ def test_table_4(results):
     }
     (line,) = (note for note in table.notes if note.startswith("Not yet measured: "))
     assert re.search(r"[:;] running-average-2, [^;]*\(seed 0\)", line)
-    assert re.search(r"[:;] gru-d, vgru-ac, [^;]*\(seed 0, 1, 2\)", line)
+    assert re.search(r"[:;] [^;]*gru-d, vgru-ac, [^;]*\(seed 0, 1, 2\)", line)
     assert "zero-velocity" not in line
     assert "`npss|version:1|convention:paper|representation:euler|frames:100|fps:25|protocol:srnn-8" in table.markdown()
 

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -64,6 +65,38 @@ def test_a_clear_difference_is_marked_and_ranked():
     assert (found["bad"].rank, found["bad"].best, found["bad"].worse) == (2, False, True)
     assert found["bad"].p_value == 2 / 2**12
     assert found["good"].p_value is None  # it is the one that the others are compared with
+
+
+def test_where_higher_is_better_ranks_and_marks_are_those_of_the_negative_numbers():
+    rng = np.random.default_rng(3)
+    hard = rng.normal(5, 1, 12)
+    parts = {"good": hard + rng.uniform(0.1, 0.2, 12), "bad": hard, "worst": hard - rng.uniform(0.1, 0.2, 12)}
+    higher = [replace(result(name, values), lower_is_better=False) for name, values in parts.items()]
+    lower = [result(name, 20 - values) for name, values in parts.items()]
+    found, mirrored = by_model(standings(higher)), by_model(standings(lower))
+    for name in parts:
+        for trait in ("rank", "best", "worse", "p_value", "behind"):
+            assert getattr(found[name], trait) == getattr(mirrored[name], trait)
+    assert [found[name].rank for name in parts] == [1, 2, 3]
+
+
+def test_only_the_euler_error_leaves_sequences_out_since_nothing_moves():
+    weight = np.array([1.0] * 11 + [0.0])
+    for heading, said in (("Euler error", True), ("Coverage", False), ("NPSS", False)):
+        found = standings([replace(result("a", weight, weight=weight), heading=heading)])
+        assert ("no Euler error for 1 of 12 sequences" in " ".join(notes(found))) == said
+
+
+def test_times_of_two_metrics_are_no_title_of_their_columns():
+    one = standings([replace(result("a", 1.0), heading="Euler error", unit="rad", time="80 ms")])
+    assert "Under ms: Euler error, in rad." in notes(one)
+    both = standings(
+        [replace(result("a", 1.0, column=h), heading=h, unit="rad", time="80 ms") for h in ("Euler error", "MPJPE")]
+    )
+    text = " ".join(notes(both))
+    assert "Under ms" not in text
+    assert "Euler error: in rad." in text
+    assert "MPJPE: in rad." in text
 
 
 def test_noise_shares_a_rank_and_is_not_marked():
