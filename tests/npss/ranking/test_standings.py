@@ -89,7 +89,11 @@ def test_only_the_euler_error_leaves_sequences_out_since_nothing_moves():
 
 def test_times_of_two_metrics_are_no_title_of_their_columns():
     one = standings([replace(result("a", 1.0), heading="Euler error", unit="rad", time="80 ms")])
-    assert "Under ms: Euler error, in rad." in notes(one)
+    speed = standings([replace(result("a", 1.0, column="Speed"), heading="Speed", unit="rad/s")])
+    assert [line for line in notes([*speed, *one]) if " in rad" in line] == [
+        "Under ms: Euler error, in rad.",
+        "Speed: in rad/s.",
+    ]
     both = standings(
         [replace(result("a", 1.0, column=h), heading=h, unit="rad", time="80 ms") for h in ("Euler error", "MPJPE")]
     )
@@ -196,6 +200,8 @@ def test_numbers_of_different_meaning_are_not_ranked_together():
 
 
 def test_duplicate_models():
+    with pytest.raises(ValueError, match="walking, NPSS paper: duplicate model 'b'"):
+        standings([result(name, 1.0) for name in "bbaa"])
     with pytest.raises(ValueError, match="walking, NPSS paper: duplicate model 'a'"):
         standings([result("a", 1.0), result("a", 2.0)])
 
@@ -358,3 +364,16 @@ def test_under_the_null_hypothesis_few_columns_have_a_mark():
         found = standings([result(f"m{k}", values) for k, values in enumerate(parts)])
         marked += any(one.rank > 1 for one in found)
     assert marked <= 0.05 * 300 + 3 * math.sqrt(0.05 * 0.95 * 300)
+
+
+def test_weights_that_differ_by_more_than_precision_are_refused():
+    weight = np.arange(1.0, 13)
+    for factor, refused in ((1.005, False), (1.05, True)):
+        other = weight.copy()
+        other[-1] *= factor
+        pair = [result("a", weight, weight=weight), result("b", weight, weight=other)]
+        if refused:
+            with pytest.raises(ValueError, match="'a' and 'b' have sequences of different weights"):
+                standings(pair)
+        else:
+            standings(pair)
