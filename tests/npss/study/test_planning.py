@@ -74,7 +74,7 @@ class TestErrors:
 
     def test_no_size_is_astronomical(self):
         assert study.sample_size(0.5 + 1e-5, 0.5) > 1e9
-        with pytest.raises(ValueError, match=r"p_a: .* is too close to p_b = 0\.5: it would take more than 1099511627776 trials"):
+        with pytest.raises(ValueError, match=r"is too close to p_b = 0\.5: .* more than 1099511627776 trials"):
             study.sample_size(0.5 + 1e-7, 0.5)
 
     @pytest.mark.parametrize(
