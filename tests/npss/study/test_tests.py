@@ -303,6 +303,13 @@ class TestIntervals:
 
 
 class TestErrors:
+    @pytest.mark.parametrize("test", [study.binomial_test, study.fisher_test, study.boschloo_test])
+    def test_options_are_named(self, test):
+        """A fifth number would be an option by accident."""
+        with pytest.raises(TypeError, match="positional argument"):
+            test(5, 10, 3, 10, "greater")
+        assert test(a=5, n_a=10, b=3, n_b=10).p_value == test(5, 10, 3, 10).p_value
+
     @pytest.mark.parametrize("test", INDEPENDENT)
     @pytest.mark.parametrize(
         ("four", "error", "message"),
