@@ -73,7 +73,8 @@ def parse(arguments: Sequence[str], command: Parser | None = None) -> tuple[Conf
     elif options.resume:
         raise ValueError(f"--resume: no {FILE} in {options.out}; to start a run there, give MODEL or --config FILE")
     else:
-        raise ValueError(f"MODEL: expected one of {', '.join((*MODELS, *FITTED))} as the first argument, or --config FILE")
+        names = ", ".join((*MODELS, *FITTED))
+        raise ValueError(f"MODEL: expected one of {names} as the first argument, or --config FILE")
     if command is not None:
         command.also_reads(parser)
     if options.iterations is not None:
