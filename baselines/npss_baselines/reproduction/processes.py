@@ -65,7 +65,7 @@ def run(jobs: Sequence[Job], *, workers: int, say: Callable[[str], None]) -> lis
     Raises
     ------
     Stopped
-        If a signal ended the work. The processes get it, too, and have ended.
+        If a signal ended the work, after all processes have ended.
     """
     with Stop() as stop, Progress("reproducing") as progress:
         total, done = sum(job.minutes for job in jobs), 0.0
@@ -106,6 +106,8 @@ def _ended(
     finally:
         for process in running:
             process.stop()
+        for process in running:
+            process.wait()
 
 
 class _Running:
@@ -116,7 +118,10 @@ class _Running:
         self.job, self._began = job, time.monotonic()
         threads = dict.fromkeys(_THREADS, "1")
         with job.log.open("ab") as log:
-            self._process = subprocess.Popen(job.command, env=os.environ | threads, stdout=log, stderr=log)
+            # In a session of its own, it gets one signal, from here: at a second, a training saves no checkpoint.
+            self._process = subprocess.Popen(
+                job.command, env=os.environ | threads, stdout=log, stderr=log, start_new_session=True
+            )
 
     def seconds(self) -> float:
         """Return the seconds since it began."""
@@ -131,6 +136,9 @@ class _Running:
         return self._process.poll()
 
     def stop(self) -> None:
-        """Ask it to stop, which a training does after its step, and wait."""
+        """Ask it to stop, which a training does after its step."""
         self._process.terminate()
+
+    def wait(self) -> None:
+        """Wait for its end."""
         self._process.wait()

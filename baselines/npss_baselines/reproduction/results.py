@@ -118,7 +118,7 @@ class Measured:
             convention,
             at,
             value,
-            float(np.std(by_seed)) if len(by_seed) > 1 else None,
+            float(np.std(by_seed, ddof=1)) if len(by_seed) > 1 else None,
             float(np.mean(spread)) if spread else None,
             npss.records.signature_of(self.record, metric, convention or None, **context),
         )

@@ -195,12 +195,14 @@ def parts(results: Results, action: str) -> Table:
 def best(results: Results, action: str) -> Table:
     """Return the smallest published number of each column of the tables, beside those of the fitted predictors."""
     rows = [row for row in results.plan.rows.values() if row.recipe == "fitted" and row.name in results.of(action)]
+    if not any(record["action"] == action for record in _published_records()):
+        rows = []  # there is nothing to compare with
     still = results.of(action).get("zero-velocity")
     cells = []
     columns = [("npss", "released", "", "`released`, 0-4 s")]
     columns += [("npss", "released", window, f"`released`, {window} s") for window in WINDOWS]
     columns += [("euler_error", "", str(time), f"{time} ms") for time in SLICES_MS]
-    for metric, convention, at, heading in columns:
+    for metric, convention, at, heading in columns if rows else ():
         section = "npss_windows" if metric == "npss" and at else metric
         least = min(_all_published(action, section, at or convention))
         if metric == "euler_error" and still is not None:
@@ -208,10 +210,13 @@ def best(results: Results, action: str) -> Table:
         ours = [results.of(action)[row.name].number(metric, convention, at) for row in rows]
         marked = [f"**{_value(number)}**" if number.value < least else _value(number) for number in ours]
         cells.append([heading, _short(least), *marked])
-    header = ["", "published", *(row.name for row in rows)]
-    note = "In bold: below every published number of the column (of Euler errors, also below zero-velocity)."
+    header = ["", "to beat", *(row.name for row in rows)]
+    note = (
+        "To beat: the smallest published number of any model; of Euler errors, zero-velocity as measured here if that "
+        "is smaller. In bold: below it."
+    )
     title = f"The best published numbers and the fitted predictors, {action}"
-    return Table(title, header, cells if rows else [], [note], 1)
+    return Table(title, header, cells, [note], 1)
 
 
 def ablation(results: Results) -> Table:

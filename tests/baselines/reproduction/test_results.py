@@ -25,7 +25,7 @@ def test_numbers_are_means_over_seeds(results, of_plan):
     values = [record["npss"]["released"] for record in of_row(of_plan, "vgru-d")]
     number = found.number("npss", "released")
     assert number.value == pytest.approx(np.mean(values), rel=1e-12)
-    assert number.over_seeds == pytest.approx(np.std(values), rel=1e-12)
+    assert number.over_seeds == pytest.approx(np.std(values, ddof=1), rel=1e-12)
     spread = [np.std(record["by_draw"]["npss"]["released"]) for record in of_row(of_plan, "vgru-d")]
     assert number.over_draws == pytest.approx(np.mean(spread), rel=1e-9)
     assert number.signature.endswith("|protocol:srnn-8|unwrap:off|draws:2")

@@ -31,7 +31,7 @@ def test_best_numbers(of_plan):
     fitted = record("ridge", "fitted", 0, repeat)
     results = Results(read_plan(), [*of_plan, fitted])
     table = tables.best(results, "walking")
-    assert table.header == ["", "published", "ridge"]
+    assert table.header == ["", "to beat", "ridge"]
     least = [".887", ".117", ".170", ".359", ".270", ".470", ".640", ".720", "1.026", "1.231"]  # Tables 4 to 7
     ours = [results.of("walking")["ridge"].number("npss", "released", at).value for at in ("", *tables.WINDOWS)]
     errors = fitted["measured"][0]["euler_error"]
@@ -45,6 +45,11 @@ def test_best_numbers(of_plan):
         assert row[2].startswith("**") == (number < bound)
     assert {row[2].startswith("**") for row in table.rows} == {True, False}
     assert tables.best(Results(read_plan(), of_plan), "walking").rows == []
+
+
+def test_without_published_numbers_there_is_nothing_to_beat():
+    results = Results(read_plan(), [record("ridge", "fitted", 0, repeat, action="gait")])
+    assert tables.all_tables(results)["best-gait"].rows == []
 
 
 def test_table_4(results):
