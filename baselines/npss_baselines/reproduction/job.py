@@ -133,9 +133,11 @@ def _fit(planned: Planned, place: Place, run: Path) -> dict[str, Any]:
 
 def _train_model(planned: Planned, place: Place, run: Path) -> dict[str, Any]:
     """Train a model; return what the record says about it."""
-    configuration = configuration_of(planned, place.source)
+    configuration, file = configuration_of(planned, place.source), run / config.FILE
+    if file.exists() and config.read(file) != configuration:
+        raise ValueError(f"{file}: a run of another plan; delete its folder, or choose another --out")
     training_set, tasks = configuration.motion(place.folder, cache=place.cache)
-    config.write(run / config.FILE, configuration, "cpu", {}, config.plugins_of(configuration))
+    config.write(file, configuration, "cpu", {}, config.plugins_of(configuration))
     rows = trainer.train(configuration, training_set, tasks, run)
     return {"configuration": asdict(configuration), "motion": digest(training_set), "validation": rows}
 

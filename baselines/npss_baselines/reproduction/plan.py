@@ -11,7 +11,7 @@ from typing import Any
 
 from npss.files import doing, read_text
 from npss.predictors import PREDICTORS
-from npss.validation import one_of
+from npss.validation import each, one_of, positive_integer, positive_number
 from npss_baselines.data import PoseSource
 from npss_baselines.data.windows import checked_seed
 from npss_baselines.fitted import FITTED
@@ -120,12 +120,15 @@ class Plan:
         Raises
         ------
         ValueError
-            If a name is that of no row, model or table, or the budget is unknown.
+            If a name is that of no row, model or table, or of none within the budget; if the budget is unknown; or if
+            the source has some actions of the plan, but none of a group.
         """
         one_of("budget", budget, BUDGETS)
         for name in only:
             one_of("only", name, self.names())
         runs = {run.name: run for run in self._runs(source, budget) if not only or _named(run.row) & {*only}}
+        if only and not runs:
+            raise ValueError(f"only: the plan has no run of {', '.join(only)} within the budget {budget!r}")
         return list(runs.values())
 
     def names(self) -> tuple[str, ...]:
@@ -135,12 +138,16 @@ class Plan:
         return tuple(dict.fromkeys([*tables, *self.rows, *(row.model for row in rows)]))
 
     def _runs(self, source: PoseSource, budget: str) -> Iterator[Planned]:
+        foreign = not any(action in source.actions for group in self.order for action in group["actions"])
         for group in self.order:
             is_trial = group["budget"] == "minutes"
             if is_trial != (budget == "minutes") or (group["budget"] == "full" and budget == "hours"):
                 continue
             actions = tuple(action for action in group["actions"] if action in source.actions)
-            actions = actions or source.default_actions[:1]
+            if not actions and foreign:
+                actions = source.default_actions[:1]
+            elif not actions:
+                raise ValueError(f"order: actions: {source.name} has none of {', '.join(group['actions'])}")
             trained_on = [actions] if group["together"] else [(action,) for action in actions]
             for seed in group["seeds"]:
                 for row in group["rows"]:
@@ -190,15 +197,20 @@ def read_plan(path: Path | None = None) -> Plan:
 def _plan(values: Mapping[str, Any]) -> Plan:
     _keys("", values, {"recipes", "rows", "order"}, {"subjects"})
     models = (*PREDICTORS, *FITTED, *MODELS)
-    recipes, rows = values["recipes"], {}
+    recipes, rows = _table("recipes", values["recipes"]), {}
     for name, recipe in recipes.items():
         _keys(f"recipes.{name}: ", recipe, {"what"}, {"settings"})
-    for name, row in values["rows"].items():
+    for name, row in _table("rows", values["rows"]).items():
         where = f"rows.{name}: "
         _keys(where, row, {"model", "recipe", "tables"}, {"iterations", "settings", "minutes"})
         one_of(f"{where}recipe", row["recipe"], tuple(recipes))
         one_of(f"{where}model", row["model"], models)
-        settings = _merged(recipes[row["recipe"]].get("settings", {}), row.get("settings", {}))
+        if row.get("iterations") is not None:
+            positive_integer(f"{where}iterations", row["iterations"])
+        positive_number(f"{where}minutes", row.get("minutes", 1))
+        each(f"{where}tables", row["tables"], "names")
+        own = _table(f"{where}settings", row.get("settings", {}))
+        settings = _merged(recipes[row["recipe"]].get("settings", {}), own)
         rows[name] = Row(name, **{**row, "tables": tuple(row["tables"]), "settings": settings})
     order = []
     if not isinstance(values["order"], list):
@@ -207,12 +219,16 @@ def _plan(values: Mapping[str, Any]) -> Plan:
         where = f"order[{i}]: "
         _keys(where, group, {"rows", "actions", "seeds", "budget", "why"}, {"together"})
         one_of(f"{where}budget", group["budget"], BUDGETS)
-        for row in group["rows"]:
+        for row in each(f"{where}rows", group["rows"], "names"):
             one_of(f"{where}rows", row, tuple(rows))
-        for seed in group["seeds"]:
+        each(f"{where}actions", group["actions"], "names")
+        for seed in each(f"{where}seeds", group["seeds"], "integers"):
             checked_seed(seed)
         order.append({"together": False, **group})
-    subjects = {action: tuple(of_action) for action, of_action in values.get("subjects", {}).items()}
+    subjects = {
+        action: tuple(each(f"subjects.{action}", of_action))
+        for action, of_action in _table("subjects", values.get("subjects", {})).items()
+    }
     return Plan(rows, tuple(order), {name: recipe["what"] for name, recipe in recipes.items()}, subjects)
 
 
@@ -220,15 +236,21 @@ def _named(row: Row) -> set[str]:
     return {row.name, row.model, *row.tables}
 
 
-def _keys(where: str, value: object, required: set[str], optional: Iterable[str] = ()) -> None:
+def _keys(where: str, value: Any, required: set[str], optional: Iterable[str] = ()) -> None:
     """Raise unless a table has the required keys, and no others than the optional ones."""
-    if not isinstance(value, dict):
-        raise TypeError(f"{where}expected a table, got {value!r}")
+    _table(where.removesuffix(": "), value)
     if missing := required - set(value):
         raise ValueError(f"{where}missing {', '.join(sorted(missing))}")
     known = required | set(optional)
     if unknown := set(value) - known:
         raise ValueError(f"{where}unknown {', '.join(sorted(unknown))}; expected {', '.join(sorted(known))}")
+
+
+def _table(where: str, value: Any) -> dict[str, Any]:
+    """Return a table, or raise."""
+    if not isinstance(value, dict):
+        raise TypeError(f"{where}: expected a table, got {value!r:.100}")
+    return value
 
 
 def _merged(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:

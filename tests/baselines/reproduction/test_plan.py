@@ -86,6 +86,20 @@ def test_only_refuses_what_is_not_in_the_plan():
         PLAN.runs(H36M, only=["vgru"])
 
 
+def test_only_says_when_the_budget_leaves_nothing():
+    with pytest.raises(ValueError, match=r"^only: the plan has no run of erd within the budget 'hours'"):
+        PLAN.runs(H36M, only=["erd"], budget="hours")
+
+
+def test_an_unknown_action_is_refused_unless_the_source_has_none_of_the_plan(tmp_path):
+    file = tmp_path / "plan.toml"
+    other = SMALL[SMALL.index("[[order]]") :].replace("walking", "wlaking")
+    file.write_text(SMALL + other, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"^order: actions: h36m has none of wlaking"):
+        read_plan(file).runs(H36M)
+    assert [run.name for run in read_plan(file).runs(SYNTHETIC)] == ["still/gait-seed-0"]
+
+
 def test_subjects_are_those_with_recordings_of_all_actions():
     by_name = {run.name: run for run in PLAN.runs(H36M)}
     assert by_name["vgru-d/walking-seed-0"].subjects == (1, 6, 7, 8, 9, 11)
@@ -130,6 +144,12 @@ def test_settings_change_the_configuration_and_nothing_else_does():
         ("seeds = [0]", "seeds = [-1]", "seed"),
         ('budget = "full"', 'budget = "days"', r"order\[0\]: budget"),
         ("[[order]]", "[order]", "order: expected a list of tables"),
+        ('tables = ["table-4"]', 'tables = "table-4"', r"rows\.still: tables: expected a sequence of names"),
+        ('tables = ["table-4"]', 'tables = ["table-4"]\nminutes = "7"', r"rows\.still: minutes"),
+        ('tables = ["table-4"]', 'tables = ["table-4"]\niterations = 1.5', r"rows\.still: iterations"),
+        ('tables = ["table-4"]', 'tables = ["table-4"]\nsettings = 3', r"rows\.still: settings: expected a table"),
+        ('actions = ["walking"]', 'actions = "walking"', r"order\[0\]: actions: expected a sequence of names"),
+        ("[recipes.untrained]\nwhat", "recipes = 3\n[other]\nwhat", "unknown other|recipes: expected a table"),
         ("[rows.still]", "[rows.still", "plan.toml"),
     ],
 )

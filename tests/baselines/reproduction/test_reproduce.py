@@ -135,6 +135,18 @@ def test_what_was_cut_off_is_resumed_to_the_same_numbers(tmp_path):
 
 
 @pytest.mark.usefixtures("in_process")
+def test_a_run_of_another_plan_is_not_continued(tmp_path, plan, capsys):
+    assert reproduce(tmp_path, plan) == 0
+    for file in (tmp_path / "out" / "records" / "tiny", tmp_path / "out" / "runs" / "tiny"):
+        for path in (*file.rglob("*.json"),):
+            if path.name != "config.json":
+                path.unlink()
+    plan.write_text(PLAN.format(iterations=3), encoding="utf-8")
+    assert reproduce(tmp_path, plan) == 2
+    assert "config.json: a run of another plan" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("in_process")
 def test_failures_are_listed_and_leave_the_others_alone(tmp_path, plan, capsys):
     text = plan.read_text(encoding="utf-8")
     plan.write_text(text.replace("batch = 2", "batch = 2, lr = 1e30"), encoding="utf-8")
