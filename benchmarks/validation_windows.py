@@ -1,4 +1,4 @@
-"""Which validation windows predict the order of predictors on test windows: the table of docs/training.md.
+"""Which validation windows predict the order of predictors on test windows?
 
 ``NPSS_H36M=DIR python benchmarks/validation_windows.py [ACTION ...]``
 

@@ -90,7 +90,7 @@ def reference() -> list[Record]:
     """Return this project's own numbers as records, to print, rank or plot beside your own.
 
     ``npss-baselines reproduce`` measured them on the eight test windows of Human3.6M, by the conventions ``'paper'``
-    and ``'released'``: predictors without training, and the models of the NPSS paper. The documentation has the same
+    and ``'released'``: untrained and fitted predictors, and models of the NPSS paper. The documentation has the same
     numbers with intervals.
 
     Returns
@@ -98,7 +98,7 @@ def reference() -> list[Record]:
     list of dict
         A record for each model and action. Keys: ``model``, ``action``, ``euler_error`` (radians, by milliseconds),
         ``npss`` (by convention) and ``npss_windows`` (by convention and window), averaged over seeds of training and
-        over draws; ``spread``, the standard deviations over seeds of the same numbers, if there are several;
+        over draws; ``spread``, the sample standard deviations over seeds of the same numbers, if there are several;
         ``signature``, ``signatures``; ``recipe``, ``seeds`` (how many), ``draws``; ``source``; and ``reference``, which
         is True.
 

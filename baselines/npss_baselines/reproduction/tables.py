@@ -160,7 +160,7 @@ def table_5(results: Results, action: str, *, unwrap: str = "off") -> Table:
     of_action = results.of(action, EIGHT, unwrap)
     notes = [
         _missing(results, "table-5", action),
-        signatures(of_action.values(), "npss", ("released", "paper"), WINDOWS[-1]),
+        *(signatures(of_action.values(), "npss", ("released", "paper"), window) for window in WINDOWS),
     ]
     return Table(title, ["model", "recipe", "", *(f"{window} s" for window in WINDOWS)], rows, _notes(notes), 3)
 
@@ -189,7 +189,8 @@ def parts(results: Results, action: str) -> Table:
             cells = [_short(made[part]) for made in made_of for part in ("form", "share", "share_floor")]
             rows.append([*named(row), *cells, _short(record["speed_ratio"], 2)])
     columns = [f"`{name}`: {part}" for name in ("released", "paper") for part in ("form", "share", "share floor")]
-    return Table(f"Parts of the score, {action}", ["model", "recipe", *columns, "speed"], rows, [])
+    lines = signatures(results.of(action).values(), "npss", ("released", "paper"))
+    return Table(f"Parts of the score, {action}", ["model", "recipe", *columns, "speed"], rows, [lines])
 
 
 def best(results: Results, action: str) -> Table:
@@ -215,8 +216,11 @@ def best(results: Results, action: str) -> Table:
         "To beat: the smallest published number of any model; of Euler errors, zero-velocity as measured here if that "
         "is smaller. In bold: below it."
     )
+    found = [results.of(action)[row.name] for row in rows]
+    lines = [signatures(found, "npss", ["released"], window) for window in ("", *WINDOWS)]
+    lines.append(signatures(found, "euler_error", [""]))
     title = f"The best published numbers and the fitted predictors, {action}"
-    return Table(title, header, cells, [note], 1)
+    return Table(title, header, cells, [note, "  \n".join(lines)] if rows else [], 1)
 
 
 def ablation(results: Results) -> Table:
@@ -300,7 +304,7 @@ def disagreements(results: Results, action: str) -> Table:
         if len(found := _scores(results, action, protocol, metric)) > 1:
             ranks[heading], scores[heading] = study.rank(found), found
     counts: dict[tuple[str, str], str] = {}
-    notes = ["Pairs of rows in a different order. The pair in which both metrics are surest:"] if ranks else []
+    notes = ["Pairs of rows in a different order. The pair whose numbers differ most by both metrics:"] if ranks else []
     for one, other in combinations(ranks, 2):
         pairs = list(combinations([row for row in ranks[one] if row in ranks[other]], 2))
         differ = [(a, b) for a, b in pairs if (ranks[one][a] - ranks[one][b]) * (ranks[other][a] - ranks[other][b]) < 0]
