@@ -11,6 +11,7 @@ import json
 import re
 from pathlib import Path
 
+import npss
 from npss_baselines.reproduction import pictures, tables
 from npss_baselines.reproduction.plan import read_plan
 from npss_baselines.reproduction.results import Results, read_records
@@ -19,7 +20,7 @@ ROOT = Path(__file__).resolve().parent.parent
 RECORDS = ROOT / "records"
 TEMPLATE = ROOT / "docs" / "reference-numbers.md.in"
 PAGE = ROOT / "docs" / "reference-numbers.md"
-PACKAGE_DATA = ROOT / "npss" / "measured.csv"
+PACKAGE_DATA = Path(npss.__file__).parent / "measured.csv"
 PICTURES = {
     ROOT / "docs" / "reference-models.svg": pictures.models,
     ROOT / "docs" / "reference-amplitudes.svg": pictures.amplitudes,
