@@ -9,8 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from filelock import FileLock, Timeout
-
 import npss
 from npss.console import duration, table
 from npss.plugins import with_plugins
@@ -142,6 +140,8 @@ def _listed(runs: Sequence[Planned], place: Place) -> str:
 @contextmanager
 def _locked(out: Path) -> Iterator[None]:
     """Lock the folder of the results against other processes."""
+    from filelock import FileLock, Timeout  # here, since other commands need no filelock
+
     out.mkdir(parents=True, exist_ok=True)
     try:
         with FileLock(out / LOCK, timeout=0):
