@@ -6,6 +6,8 @@ import pytest
 
 from npss_baselines.__main__ import main
 
+pytest.importorskip("torch", reason="needs torch")
+
 
 @pytest.fixture(autouse=True)
 def no_environment(monkeypatch):
