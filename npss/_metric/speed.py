@@ -31,7 +31,7 @@ def speed_ratio(gt: npt.ArrayLike, pred: npt.ArrayLike, *, start: int = 1, wrap:
     Returns
     -------
     float
-        At least 0, for a prediction that stands still.
+        At least 0; 0 for a prediction that stands still.
 
     Raises
     ------

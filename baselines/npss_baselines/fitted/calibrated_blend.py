@@ -24,13 +24,11 @@ _PULL = (1 + np.arange(N_TARGET) / 2) ** -2.0  # weight of the distance from the
 
 
 @dataclass(frozen=True)
-class CalibratedSettings(NetworkSettings):
+class CalibratedSettings(NetworkSettings, BlendSettings):
     """The settings of `CalibratedBlend`.
 
     Attributes
     ----------
-    penalty, neighbours, folds
-        As of `BlendSettings`.
     coefficients : int
         Coefficients of the cosine transform of each angle that are changed.
     damping : float
@@ -45,9 +43,6 @@ class CalibratedSettings(NetworkSettings):
         Weight of the speed.
     """
 
-    penalty: float = 0.1
-    neighbours: int = 10
-    folds: int = 3
     coefficients: int = 40
     damping: float = 0.1
     steps: int = 300
@@ -74,8 +69,7 @@ class CalibratedBlend(Fitted):
     @classmethod
     def fit(cls, motion: Motion, settings: Any, *, seed: int, progress: Progress) -> Self:
         """Fit the blend, and train the networks."""
-        blend_settings = BlendSettings(settings.penalty, settings.neighbours, settings.folds)
-        blend = Blend.fit(motion, blend_settings, progress=lambda share: progress(0.1 * share))
+        blend = Blend.fit(motion, settings, progress=lambda share: progress(0.1 * share))
         ensemble = train(motion, settings, seed=seed, progress=lambda share: progress(0.1 + 0.9 * share))
         return cls(settings, blend, ensemble)
 
@@ -86,8 +80,7 @@ class CalibratedBlend(Fitted):
     @classmethod
     def restore(cls, n_predicted: int, settings: Any, arrays: Mapping[str, Array]) -> Self:
         """Return the predictor with these arrays."""
-        blend_settings = BlendSettings(settings.penalty, settings.neighbours, settings.folds)
-        blend = Blend.restore(n_predicted, blend_settings, inside(arrays, "blend"))
+        blend = Blend.restore(n_predicted, settings, inside(arrays, "blend"))
         own = {name: value for name, value in arrays.items() if not name.startswith("blend.")}
         return cls(settings, blend, Ensemble.restore(settings.networks, settings.hidden, own))
 

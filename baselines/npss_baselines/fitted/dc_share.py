@@ -67,28 +67,13 @@ class WithShares(Fitted):
         return with_shares(self._blend.predict(seed, action), *self.shares(seed, action))
 
 
-@dataclass(frozen=True)
-class MedianSettings:
-    """The settings of `MedianShare`: those of its blend.
-
-    Attributes
-    ----------
-    penalty, neighbours, folds
-        As of `BlendSettings`.
-    """
-
-    penalty: float = 0.1
-    neighbours: int = 10
-    folds: int = 3
-
-
 class MedianShare(WithShares):
     """Shares without a network: the geometric mean of the training median and the share of the periodic continuation.
 
     The median of each angle is weighted by power, over windows and their mirror images.
     """
 
-    Settings: ClassVar[type] = MedianSettings
+    Settings: ClassVar[type] = BlendSettings
 
     def __init__(self, blend: Blend, medians: Float64) -> None:
         self._blend = blend
@@ -97,7 +82,7 @@ class MedianShare(WithShares):
     @classmethod
     def fit(cls, motion: Motion, settings: Any, *, seed: int, progress: Progress) -> Self:
         """Fit the blend and the medians."""
-        blend = Blend.fit(motion, _of_blend(settings), progress=progress)
+        blend = Blend.fit(motion, settings, progress=progress)
         medians = []
         for action in motion.actions[: motion.n_predicted]:
             found = moments(motion.of(actions=[action]).windows().target.astype(np.float64))
@@ -112,7 +97,7 @@ class MedianShare(WithShares):
     @classmethod
     def restore(cls, n_predicted: int, settings: Any, arrays: Mapping[str, Array]) -> Self:
         """Return the predictor with these arrays."""
-        blend = Blend.restore(n_predicted, _of_blend(settings), inside(arrays, "blend"))
+        blend = Blend.restore(n_predicted, settings, inside(arrays, "blend"))
         own = {name: value for name, value in arrays.items() if not name.startswith("blend.")}
         return cls(blend, *checked(own, {"medians": (n_predicted, 2, len(ANGLES))}))
 
@@ -124,18 +109,8 @@ class MedianShare(WithShares):
 
 
 @dataclass(frozen=True)
-class ShareSettings(NetworkSettings):
-    """The settings of `DCShare`: those of its networks and of its blend.
-
-    Attributes
-    ----------
-    penalty, neighbours, folds
-        As of `BlendSettings`.
-    """
-
-    penalty: float = 0.1
-    neighbours: int = 10
-    folds: int = 3
+class ShareSettings(NetworkSettings, BlendSettings):
+    """The settings of `DCShare`: those of its networks and of its blend."""
 
 
 class DCShare(WithShares):
@@ -151,7 +126,7 @@ class DCShare(WithShares):
     @classmethod
     def fit(cls, motion: Motion, settings: Any, *, seed: int, progress: Progress) -> Self:
         """Fit the blend, and train the networks."""
-        blend = Blend.fit(motion, _of_blend(settings), progress=lambda share: progress(0.1 * share))
+        blend = Blend.fit(motion, settings, progress=lambda share: progress(0.1 * share))
         ensemble = train(motion, settings, seed=seed, progress=lambda share: progress(0.1 + 0.9 * share))
         return cls(blend, ensemble)
 
@@ -162,7 +137,7 @@ class DCShare(WithShares):
     @classmethod
     def restore(cls, n_predicted: int, settings: Any, arrays: Mapping[str, Array]) -> Self:
         """Return the predictor with these arrays."""
-        blend = Blend.restore(n_predicted, _of_blend(settings), inside(arrays, "blend"))
+        blend = Blend.restore(n_predicted, settings, inside(arrays, "blend"))
         own = {name: value for name, value in arrays.items() if not name.startswith("blend.")}
         return cls(blend, Ensemble.restore(settings.networks, settings.hidden, own))
 
@@ -170,10 +145,6 @@ class DCShare(WithShares):
         """Ask the networks."""
         shares, _ = self._ensemble.answers(seed, action)
         return shares[:, :, 0, 0], shares[:, :, 0, 1]
-
-
-def _of_blend(settings: Any) -> BlendSettings:
-    return BlendSettings(settings.penalty, settings.neighbours, settings.folds)
 
 
 def _median(share: Array, weight: Array) -> Float64:

@@ -205,7 +205,7 @@ def best(results: Results, action: str) -> Table:
     columns += [("euler_error", "", str(time), f"{time} ms") for time in SLICES_MS]
     for metric, convention, at, heading in columns if rows else ():
         section = "npss_windows" if metric == "npss" and at else metric
-        least = min(_all_published(action, section, at or convention))
+        least = min(value for _, value in _published_column(action, section, at or convention))
         if metric == "euler_error" and still is not None:
             least = min(least, still.number(metric, convention, at).value)
         ours = [results.of(action)[row.name].number(metric, convention, at) for row in rows]
@@ -538,22 +538,17 @@ def _span(results: Results, found: Measured, number: Number) -> Any:
 
 def published_value(row: Row, action: str, section: str, at: str) -> float | None:
     """Return a published number: NPSS by convention, a window of Table 5, or the Euler error at a time."""
-    for record in _published_records():
-        if (record["model"], record["action"]) == (PUBLISHED.get(row.name), action):
-            numbers = record.get(section, {})
-            numbers = numbers.get("released", {}) if section == "npss_windows" else numbers
-            if at in numbers:
-                return float(numbers[at])
-    return None
+    column = _published_column(action, section, at)
+    return next((value for model, value in column if model == PUBLISHED.get(row.name)), None)
 
 
-def _all_published(action: str, section: str, at: str) -> Iterator[float]:
-    """Return the published numbers of all models in one column of a table."""
+def _published_column(action: str, section: str, at: str) -> Iterator[tuple[str, float]]:
+    """Yield the models and published numbers of one column of a table."""
     for record in _published_records():
         numbers = record.get(section, {}) if record["action"] == action else {}
         numbers = numbers.get("released", {}) if section == "npss_windows" else numbers
         if at in numbers:
-            yield float(numbers[at])
+            yield record["model"], float(numbers[at])
 
 
 @cache
