@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Write the reference numbers from records/: the page, its pictures, and the table that package npss ships.
+"""Write the reference numbers from records/: the page, its pictures, all numbers, and the table that npss ships.
 
 The page is docs/reference-numbers.md.in, with tables and numbers filled in: edit that file.
 """
@@ -20,6 +20,7 @@ ROOT = Path(__file__).resolve().parent.parent
 RECORDS = ROOT / "records"
 TEMPLATE = ROOT / "docs" / "reference-numbers.md.in"
 PAGE = ROOT / "docs" / "reference-numbers.md"
+NUMBERS = ROOT / "docs" / "reference-numbers.csv"
 PACKAGE_DATA = Path(npss.__file__).parent / "measured.csv"
 PICTURES = {
     ROOT / "docs" / "reference-models.svg": pictures.models,
@@ -59,7 +60,7 @@ def digest_of(picture: Path) -> str:
 def main() -> None:
     """Write what differs."""
     found = results()
-    for path, text in texts(found).items():
+    for path, text in {**texts(found), NUMBERS: tables.numbers(found)}.items():
         path.write_text(text, encoding="utf-8")
     for path, draw in PICTURES.items():
         if digest_of(path) != digest(found):

@@ -1,5 +1,6 @@
 """Tests of docs/reference-numbers.md: it, its pictures and the package data match the records, and these the motion."""
 
+import csv
 import importlib.util
 import json
 from pathlib import Path
@@ -37,6 +38,20 @@ def records():
 def test_page_and_package_data_match_the_records(writer, results):
     for path, text in writer.texts(results).items():
         assert path.read_text(encoding="utf-8") == text, "out of date: run python docs/write_reference_numbers.py"
+
+
+def test_the_file_of_numbers_matches_the_records(writer, results):
+    stored, made = (
+        list(csv.DictReader(text.splitlines()))
+        for text in (writer.NUMBERS.read_text(encoding="utf-8"), writer.tables.numbers(results))
+    )
+    assert len(stored) == len(made)
+    for one, other in zip(stored, made, strict=True):
+        for name, text in one.items():
+            if name in ("value", "low", "high") and text:  # six digits, the last one subject to rounding
+                assert float(text) == pytest.approx(float(other[name]), rel=1e-4)
+            elif not name.startswith("std"):
+                assert text == other[name], "out of date: run python docs/write_reference_numbers.py"
 
 
 def test_pictures_match_the_records(writer, results):

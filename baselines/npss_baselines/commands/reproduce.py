@@ -92,11 +92,13 @@ def run(options: argparse.Namespace) -> None:
 def _run_all(runs: Sequence[Planned], place: Place, options: argparse.Namespace) -> None:
     """Run what is left of the plan, each run in its process."""
     from npss_baselines.reproduction import processes, tables
+    from npss_baselines.reproduction.job import done
     from npss_baselines.reproduction.plan import read_plan
     from npss_baselines.reproduction.results import Results, read_records
 
     _ = npss.Leaderboard  # without pandas, which the tables need, this says how to install it
-    left = [planned for planned in runs if not place.record(planned).exists()]
+    read_records(place.out / "records")  # before hours of work: it refuses what the tables could not be made of
+    left = [planned for planned in runs if not done(planned, place)]
     available = processes.cores() if options.workers is None else positive_integer("--workers", options.workers)
     workers = max(1, min(available, len(left)))
     time = duration(60 * sum(planned.row.minutes for planned in left) / workers)
@@ -128,10 +130,14 @@ def _command(planned: Planned, place: Place, options: argparse.Namespace) -> lis
 
 def _listed(runs: Sequence[Planned], place: Place) -> str:
     """Return a table of the runs."""
+    from npss_baselines.reproduction.job import done
+    from npss_baselines.reproduction.processes import has_failed
+
     rows = []
     for planned in runs:
-        begun = place.run(planned).exists()
-        state = "done" if place.record(planned).exists() else "begun" if begun else ""
+        folder = place.run(planned)
+        state = "failed" if has_failed(folder / LOG) else "begun" if folder.exists() else ""
+        state = "done" if done(planned, place) else state
         minutes = duration(60 * planned.row.minutes)
         rows.append([planned.name, planned.row.model, planned.row.recipe, minutes, state, planned.why])
     return table(["run", "model", "recipe", "one core", "state", "why"], rows, "lllrll")

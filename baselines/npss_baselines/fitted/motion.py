@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -99,7 +99,7 @@ def read_motion(
     folder: Path,
     actions: Sequence[str],
     *,
-    subjects: Sequence[Any] | None = None,
+    subjects: Sequence[Any] | Mapping[str, Sequence[Any]] | None = None,
     others: bool = False,
     cache: Path | None = None,
 ) -> tuple[Motion, dict[str, tuple[Any, ...]]]:
@@ -113,11 +113,12 @@ def read_motion(
         The folder of the data set; unused for generated motion.
     actions : sequence of str
         The actions to predict, of ``source.actions``.
-    subjects : sequence, optional
+    subjects : sequence or dict of str to sequence, optional
         Training subjects, all of whose recordings of these actions must be there; by default, for each action, the
-        training subjects whose recordings are.
+        training subjects whose recordings are. A dict names them for each action, and all of them must be there.
     others : bool, optional
-        Whether to read the source's other actions, too, as far as the recordings of these subjects are there.
+        Whether to read the source's other actions, too: those that a dict names, or else as far as the recordings of
+        these subjects are there.
     cache : Path, optional
         As of ``source.recordings``.
 
@@ -137,23 +138,23 @@ def read_motion(
         one_of("actions", action, source.actions)
     if not actions or len(set(actions)) < len(actions):
         raise ValueError(f"actions: expected one or more, without duplicates, got {', '.join(actions) or 'none'}")
-    chosen = source.train_subjects if subjects is None else tuple(subjects)
-    if not set(chosen) <= set(source.train_subjects) or len(set(chosen)) < len(chosen):
-        raise ValueError(
-            f"subjects: expected some of {', '.join(map(str, source.train_subjects)) or 'none'}, without duplicates; "
-            f"got {', '.join(map(str, chosen))}"
-        )
+    if isinstance(subjects, Mapping) and (missing := [action for action in actions if action not in subjects]):
+        raise ValueError(f"subjects: expected those of {', '.join(actions)}, got none of {', '.join(missing)}")
     clips: list[FittingClip] = []
     read: dict[str, tuple[Any, ...]] = {}
     more = tuple(action for action in source.actions if action not in actions) if others else ()
     for action in (*actions, *more):
+        if isinstance(subjects, Mapping) and action not in subjects:
+            continue
+        chosen = _checked(source, subjects[action] if isinstance(subjects, Mapping) else subjects)
+        required = isinstance(subjects, Mapping) or (subjects is not None and action in actions)
         there = []
         for subject in chosen or (None,):
             of_subject = () if subject is None else (subject,)
             try:
                 recordings = [*source.recordings(folder, actions=[action], subjects=of_subject, cache=cache)]
             except FileNotFoundError as error:
-                if (subjects is not None and action in actions) or "lacks" not in str(error):
+                if required or "lacks" not in str(error):
                     raise
                 continue
             clips += [_clip(recording, source.fps // FPS) for recording in recordings]
@@ -163,6 +164,17 @@ def read_motion(
         if there:
             read[action] = tuple(subject for subject in there if subject is not None)
     return Motion(tuple(read), len(actions), tuple(clips)), read
+
+
+def _checked(source: PoseSource, subjects: Sequence[Any] | None) -> tuple[Any, ...]:
+    """Return training subjects, or raise."""
+    chosen = source.train_subjects if subjects is None else tuple(subjects)
+    if not set(chosen) <= set(source.train_subjects) or len(set(chosen)) < len(chosen):
+        raise ValueError(
+            f"subjects: expected some of {', '.join(map(str, source.train_subjects)) or 'none'}, without duplicates; "
+            f"got {', '.join(map(str, chosen))}"
+        )
+    return chosen
 
 
 def folds(groups: Sequence[Any], n: int = 3) -> list[tuple[Any, ...]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import platform
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -15,7 +15,7 @@ import numpy as np
 import torch
 
 import npss
-from npss.files import parse_json, read_text, write_text_atomically
+from npss.files import parse_json, read_json, read_text, write_text_atomically
 from npss.predictors import PREDICTORS, Predictor
 from npss_baselines.data import PoseSource
 from npss_baselines.data.windows import digest
@@ -55,9 +55,48 @@ class Place(NamedTuple):
         return self.out / "records" / f"{planned.name}.json"
 
 
+def done(planned: Planned, place: Place) -> bool:
+    """Return whether a run has its record.
+
+    Raises
+    ------
+    OSError, ValueError
+        If the record cannot be read, or is one of another plan; names the file.
+    """
+    file = place.record(planned)
+    if not file.exists():
+        return False
+    record = read_json(file)
+    if not isinstance(record, dict):
+        raise ValueError(f"{file}: expected a record, got {type(record).__name__}")
+    row = planned.row
+    expected: dict[str, Any] = {"model": row.model, "recipe": row.recipe, "actions": planned.actions}
+    if row.model in FITTED:
+        subjects = {action: planned.subjects_of[action] for action in planned.actions}
+        settings = asdict(FITTED[row.model].settings)
+        expected["configuration"] = {"settings": settings, "data": place.source.name, "subjects": subjects}
+    elif row.model in MODELS:
+        expected["configuration"] = asdict(configuration_of(planned, place.source))
+    if name := _difference(record, parse_json(json.dumps(expected))):
+        raise ValueError(f"{file}: a record of another plan ({name} differs); delete it, or choose another --out")
+    return True
+
+
+def _difference(record: Mapping[str, Any], expected: Mapping[str, Any]) -> str:
+    """Return the name of a field that differs, or nothing; fields that only one of the two has do not count."""
+    for name, value in expected.items():
+        if name not in record or record[name] == value:
+            continue
+        if not (isinstance(value, dict) and isinstance(record[name], dict)):
+            return name
+        if inner := _difference(record[name], value):
+            return f"{name}.{inner}"
+    return ""
+
+
 def work(planned: Planned, place: Place) -> None:
     """Train, measure, and write the record; skip what is done."""
-    if place.record(planned).exists():
+    if done(planned, place):
         return
     predictor_of, trained = _predictor(planned, place)
     source, draws = place.source, 2 if place.trial else None
@@ -110,6 +149,8 @@ def _predictor(planned: Planned, place: Place) -> tuple[Callable[[str], Predicto
 
 def _train(planned: Planned, place: Place, run: Path) -> None:
     """Train the model of a run, from its checkpoint if it has one; or fit the predictor."""
+    if planned.row.model in FITTED:
+        (run / SECONDS).unlink(missing_ok=True)  # fitting begins anew, and so does its time
     with _timed(run / SECONDS), launch.exclusive_folders(run, [run], launch.existing_runs([run])):
         trained = _fit(planned, place, run) if planned.row.model in FITTED else _train_model(planned, place, run)
     trained["seconds"] = int(read_text(run / SECONDS))
@@ -124,6 +165,7 @@ def _fit(planned: Planned, place: Place, run: Path) -> dict[str, Any]:
         place.source,
         place.folder,
         planned.actions,
+        subjects=planned.subjects_of,
         seed=planned.seed,
         cache=place.cache,
     )

@@ -63,8 +63,8 @@ class Planned:
         The row of the tables that it belongs to.
     actions : tuple of str
         The actions to train on.
-    subjects : tuple
-        The subjects to train on; empty for all of the source.
+    subjects_of : dict of str to tuple
+        The subjects to train on, for each action of the source; empty tuples for generated motion.
     seed : int
         The seed.
     why : str
@@ -73,9 +73,15 @@ class Planned:
 
     row: Row
     actions: tuple[str, ...]
-    subjects: tuple[Any, ...]
+    subjects_of: Mapping[str, tuple[Any, ...]]
     seed: int
     why: str
+
+    @property
+    def subjects(self) -> tuple[Any, ...]:
+        """The subjects that have recordings of all actions."""
+        first, *others = (self.subjects_of[action] for action in self.actions)
+        return tuple(subject for subject in first if all(subject in each for each in others))
 
     @property
     def name(self) -> str:
@@ -154,12 +160,14 @@ class Plan:
                     for of_run in trained_on:
                         planned = self.rows[row]
                         planned = trial(planned) if is_trial else planned
-                        yield Planned(planned, of_run, self._subjects(source, of_run), seed, group["why"])
+                        yield Planned(planned, of_run, self._subjects(source), seed, group["why"])
 
-    def _subjects(self, source: PoseSource, actions: Sequence[str]) -> tuple[Any, ...]:
-        """Return the subjects that have recordings of all actions."""
-        of_actions = [self.subjects.get(action, source.train_subjects) for action in actions]
-        return tuple(subject for subject in source.train_subjects if all(subject in each for each in of_actions))
+    def _subjects(self, source: PoseSource) -> dict[str, tuple[Any, ...]]:
+        """Return the subjects to train on, for each action."""
+        chosen = {action: self.subjects.get(action, source.train_subjects) for action in source.actions}
+        return {
+            action: tuple(s for s in source.train_subjects if s in of_action) for action, of_action in chosen.items()
+        }
 
 
 def trial(row: Row) -> Row:

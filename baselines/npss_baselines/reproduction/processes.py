@@ -82,8 +82,19 @@ def run(jobs: Sequence[Job], *, workers: int, say: Callable[[str], None]) -> lis
                     say(f"{job.name}: done in {duration(seconds)}")
                 else:
                     failed.append(job)
+                    _failure(job.log).touch()
                     say(f"{job.name}: failed after {duration(seconds)}, {again}; see {job.log}")
         return failed
+
+
+def has_failed(log: Path) -> bool:
+    """Return whether the job with this log failed, and has not run since."""
+    return _failure(log).exists()
+
+
+def _failure(log: Path) -> Path:
+    """Return the file that marks a job as failed, until it runs again."""
+    return log.with_suffix(".failed")
 
 
 def _ended(
@@ -115,6 +126,7 @@ class _Running:
 
     def __init__(self, job: Job) -> None:
         job.log.parent.mkdir(parents=True, exist_ok=True)
+        _failure(job.log).unlink(missing_ok=True)
         self.job, self._began = job, time.monotonic()
         threads = dict.fromkeys(_THREADS, "1")
         with job.log.open("ab") as log:

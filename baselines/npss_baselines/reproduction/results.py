@@ -246,14 +246,42 @@ def read_records(folder: Path) -> list[Record]:
     records = []
     for path in sorted(folder.glob("*/*.json")):
         record = read_json(path)
-        wanted = {"row": str, "actions": list, "seed": int, "measured": list}
-        if not isinstance(record, dict):
-            raise ValueError(f"{path}: expected a record, got {type(record).__name__}")
-        for name, kind in wanted.items():
-            if not isinstance(record.get(name), kind):
-                raise ValueError(f"{path}: expected {kind.__name__} as {name!r}, got {record.get(name)!r:.100}")
+        _check(f"{path}: ", record, {"row": str, "actions": list, "seed": int, "measured": list})
+        for i, measured in enumerate(record["measured"]):
+            _check_measured(f"{path}: measured[{i}]: ", measured)
         records.append(record)
     return records
+
+
+def _check_measured(where: str, measured: object) -> None:
+    """Raise unless a measured task of a record has what the tables need."""
+    _check(where, measured, {"action": str, "signature": str, **dict.fromkeys(SECTIONS, dict)})
+    assert isinstance(measured, dict)
+    try:
+        stated = npss.parse_signature(measured["signature"])
+    except ValueError as error:
+        raise ValueError(f"{where}signature: {error}") from error
+    if missing := {"protocol", "unwrap"} - set(stated):
+        raise ValueError(f"{where}signature: no {', '.join(sorted(missing))} in {measured['signature']!r:.200}")
+    for section in SECTIONS:
+        _check_numbers(f"{where}{section}: ", measured[section])
+
+
+def _check_numbers(where: str, values: Mapping[str, Any]) -> None:
+    for name, value in values.items():
+        if isinstance(value, dict):
+            _check_numbers(f"{where}{name}: ", value)
+        elif not isinstance(value, (int, float)) or isinstance(value, bool):
+            raise ValueError(f"{where}expected a number as {name!r}, got {value!r:.100}")
+
+
+def _check(where: str, values: object, kinds: Mapping[str, type]) -> None:
+    """Raise unless `values` is an object with fields of these types."""
+    if not isinstance(values, dict):
+        raise ValueError(f"{where}expected a record, got {type(values).__name__}")
+    for name, kind in kinds.items():
+        if not isinstance(values.get(name), kind):
+            raise ValueError(f"{where}expected {kind.__name__} as {name!r}, got {values.get(name)!r:.100}")
 
 
 def _mean(of_seeds: Mapping[int, Record]) -> Record:

@@ -11,10 +11,10 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from npss import published, study
+from npss import parse_signature, published, signature, study
 from npss.console import markdown_code, markdown_text, table
 from npss.files import write_text_atomically
-from npss.protocol import SLICES_MS
+from npss.protocol import FPS, SLICES_MS
 from npss.records import Record
 from npss_baselines.reproduction.plan import Row
 from npss_baselines.reproduction.results import EIGHT, MANY, Measured, Number, Results
@@ -254,7 +254,7 @@ def reproduces(results: Results) -> Table:
             for metric, convention, at in (("npss", "released", ""), ("euler_error", "", "400")):
                 theirs = published_value(found.row, action, metric, at or convention)
                 ours = found.number(metric, convention, at)
-                share = "" if theirs is None else f"{100 * (ours.value / theirs - 1):+.0f} %"
+                share = "" if theirs is None else _per_cent(ours.value / theirs - 1)
                 compared += ["" if theirs is None else _as_published(theirs), _value(ours) if share else "", share]
             if any(compared):
                 rows.append([*named(found.row), action, *compared])
@@ -319,7 +319,7 @@ def disagreements(results: Results, action: str) -> Table:
 
 
 def numbers(results: Results) -> str:
-    """Return every number as CSV, with its spread, interval and signature."""
+    """Return every number as CSV, with its spread, interval and signature, and what each score is made of."""
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(
@@ -335,7 +335,36 @@ def numbers(results: Results) -> str:
                 + [number.at, _digits(number.value), len(found.seeds), _digits(number.over_seeds), found.draws]
                 + [_digits(number.over_draws), *ends, number.signature]
             )
+        for metric, convention, value, line in _made_of(found):
+            writer.writerow(
+                [
+                    found.row.name,
+                    found.row.model,
+                    found.row.recipe,
+                    found.action,
+                    metric,
+                    convention,
+                    "",
+                    _digits(value),
+                ]
+                + [len(found.seeds), "", found.draws, "", "", "", "", line]
+            )
     return file.getvalue()
+
+
+def _made_of(found: Measured) -> Iterator[tuple[str, str, float, str]]:
+    """Yield the parts of each score and the speed: metric, convention, value and signature."""
+    for convention, made_of in found.record.get("parts", {}).items():
+        line = found.number("npss", convention).signature
+        for part, value in made_of.items():
+            if value is not None:  # `literal` has no floor
+                yield f"npss_{part}", convention, value, line
+    if "speed_ratio" in found.record:
+        stated = parse_signature(found.record["signature"])
+        kept = ("representation", "frames", "fps", "protocol", "unwrap", "draws")
+        context = {name: stated[name] for name in kept if name in stated}
+        line = signature(None, metric="speed_ratio", extra={"start": FPS}, **context)
+        yield "speed_ratio", "", found.record["speed_ratio"], line
 
 
 def package_data(results: Results) -> str:
@@ -567,7 +596,15 @@ def _as_published(value: float) -> str:
 
 
 def _value(number: Number) -> str:
-    return _short(number.value) + ("" if number.over_seeds is None else f" ±{_short(number.over_seeds)}")
+    spread = number.over_seeds
+    if spread is None:
+        return _short(number.value)
+    return f"{_short(number.value)} ±{_short(spread)}" if spread >= 0.0005 else f"{_short(number.value)} ±<.001"
+
+
+def _per_cent(share: float) -> str:
+    text = f"{100 * share:+.0f} %"
+    return "0 %" if text in ("+0 %", "-0 %") else text
 
 
 def _short(value: float, digits: int = 3) -> str:

@@ -132,7 +132,7 @@ def fit(
     folder: Path,
     actions: Sequence[str],
     *,
-    subjects: Sequence[Any] | None = None,
+    subjects: Sequence[Any] | Mapping[str, Sequence[Any]] | None = None,
     seed: int = 0,
     cache: Path | None = None,
     progress: Callable[[float], None] = lambda share: None,
@@ -149,9 +149,10 @@ def fit(
         The folder of the data set; unused for generated motion.
     actions : sequence of str
         The actions to predict.
-    subjects : sequence, optional
+    subjects : sequence or dict of str to sequence, optional
         Training subjects, all of whose recordings of these actions must be there; by default, for each action, the
-        training subjects whose recordings are.
+        training subjects whose recordings are. A dict names them for each action, also for others that the predictor
+        reads, and all of them must be there.
     seed : int, optional
         Seed of the fit, from 0 to 2**32 - 1; `ridge` and ``nearest-10`` do not depend on it.
     cache : Path, optional

@@ -131,6 +131,15 @@ class TestMotion:
         assert read == {"stroll": (1, 3), "gait": (1, 2, 3)}
         assert (motion.actions, motion.n_predicted) == (("stroll", "gait"), 1)
 
+    def test_subjects_of_each_action(self):
+        subjects = {"gait": (2,), "stroll": (1, 3)}
+        assert read_motion(Few(), Path(), ["stroll"], subjects=subjects)[1] == {"stroll": (1, 3)}
+        motion, read = read_motion(Few(), Path(), ["stroll"], subjects=subjects, others=True)
+        assert read == {"stroll": (1, 3), "gait": (2,)}
+        assert motion.actions == ("stroll", "gait")
+        with pytest.raises(FileNotFoundError, match="lacks stroll of 2"):  # one of the others: none is left out
+            read_motion(Few(), Path(), ["gait"], subjects={"gait": (1,), "stroll": (2,)}, others=True)
+
     def test_generated_walkers_are_their_own_groups(self):
         motion, read = read_motion(Synthetic(), Path(), ["gait"])
         assert read == {"gait": ()}
@@ -144,6 +153,8 @@ class TestMotion:
             (ValueError, ["sit"], None, "^actions: expected one of gait, stroll, march, got 'sit'"),
             (ValueError, ["gait"], [4], "^subjects: expected some of 1, 2, 3, without duplicates; got 4"),
             (FileNotFoundError, ["stroll"], [1, 2], "lacks stroll of 2"),
+            (ValueError, ["gait"], {"gait": [4]}, "^subjects: expected some of 1, 2, 3, without duplicates; got 4"),
+            (ValueError, ["gait", "stroll"], {"gait": [1]}, "^subjects: expected those of gait, stroll, got none of"),
             (FileNotFoundError, ["march"], None, "no training subject has all recordings of march"),
         ],
     )

@@ -45,6 +45,7 @@ def test_what_fails_runs_once_more_after_the_others(tmp_path, lines):
     assert [line.split()[0] for line in lines] == ["flaky:", "bad:", "good:", "flaky:", "bad:"]
     assert "run again at the end" in lines[0]
     assert str(jobs[1].log) in lines[-1]
+    assert [processes.has_failed(one.log) for one in jobs] == [False, True, False]
 
 
 def test_no_jobs_are_no_work(lines):

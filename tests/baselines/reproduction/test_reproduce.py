@@ -147,6 +147,33 @@ def test_a_run_of_another_plan_is_not_continued(tmp_path, plan, capsys):
 
 
 @pytest.mark.usefixtures("in_process")
+def test_a_record_of_another_plan_is_refused_before_work(tmp_path, plan, capsys):
+    assert reproduce(tmp_path, plan) == 0
+    text = plan.read_text(encoding="utf-8")
+    for old, new, field in (
+        ("iterations = 2", "iterations = 3", "configuration.recipe.iterations"),
+        ("size = 4", "size = 5", "configuration.model.size"),
+        ('model = "zero-velocity"', 'model = "repeat-50"', "model"),
+    ):
+        plan.write_text(text.replace(old, new), encoding="utf-8")
+        assert reproduce(tmp_path, plan) == 2
+        assert f"json: a record of another plan ({field}" in capsys.readouterr().err
+    plan.write_text(text, encoding="utf-8")
+    assert reproduce(tmp_path, plan, "--list") == 0
+    assert capsys.readouterr().out.count("done") == 2
+
+
+@pytest.mark.usefixtures("in_process")
+def test_damaged_records_are_refused_before_work(tmp_path, plan, capsys):
+    folder = tmp_path / "out" / "records" / "still"
+    folder.mkdir(parents=True)
+    (folder / "gait-seed-0.json").write_text('{"row": "still"}', encoding="utf-8")
+    assert reproduce(tmp_path, plan) == 2
+    assert "gait-seed-0.json: expected list as 'actions'" in capsys.readouterr().err
+    assert not (tmp_path / "out" / "runs").exists()
+
+
+@pytest.mark.usefixtures("in_process")
 def test_failures_are_listed_and_leave_the_others_alone(tmp_path, plan, capsys):
     text = plan.read_text(encoding="utf-8")
     plan.write_text(text.replace("batch = 2", "batch = 2, lr = 1e30"), encoding="utf-8")

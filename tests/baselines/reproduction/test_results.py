@@ -113,3 +113,29 @@ def test_records_are_read(tmp_path, of_plan):
     (folder / "walking-seed-1.json").write_text(json.dumps({**of_plan[0], "seed": "1"}), encoding="utf-8")
     with pytest.raises(ValueError, match=r"walking-seed-1\.json: expected int as 'seed', got '1'"):
         read_records(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda measured: measured.pop("euler_error"), "expected dict as 'euler_error', got None"),
+        (lambda measured: measured.update(action=3), "expected str as 'action', got 3"),
+        (lambda measured: measured.update(signature="npss"), "signature: "),
+        (
+            lambda measured: measured.update(signature="npss|version:1|convention:paper"),
+            "signature: no protocol, unwrap",
+        ),
+        (lambda measured: measured["npss"].update(paper="1.2"), "npss: expected a number as 'paper', got '1.2'"),
+        (
+            lambda measured: measured["npss_windows"]["paper"].update({"0-1": None}),
+            "npss_windows: paper: expected a num",
+        ),
+    ],
+)
+def test_damaged_records_are_refused_by_file_and_place(tmp_path, of_plan, change, message):
+    record = json.loads(json.dumps(of_plan[0]))
+    change(record["measured"][1])
+    (tmp_path / "zero-velocity").mkdir()
+    (tmp_path / "zero-velocity" / "walking-seed-0.json").write_text(json.dumps(record), encoding="utf-8")
+    with pytest.raises(ValueError, match=rf"walking-seed-0\.json: measured\[1\]: {message}"):
+        read_records(tmp_path)

@@ -142,6 +142,14 @@ def test_table_2_has_the_ranks_of_the_paper(results):
     assert tables.table_2(results, "posing").rows == []
 
 
+def test_spreads_and_differences_that_round_to_nothing_say_so(of_plan):
+    twice = [{**one, "seed": seed} for one in of_plan if one["row"] == "zero-velocity" for seed in (0, 1)]
+    (cell, *_) = tables.table_4(Results(read_plan(), twice), "walking").rows[0][3:]
+    assert " ±<.001" in cell
+    assert tables._per_cent(-0.001) == tables._per_cent(0.001) == "0 %"
+    assert tables._per_cent(-0.03) == "-3 %"
+
+
 def test_table_1():
     rows = {row[0]: row[1:] for row in tables.table_1(Results(read_plan(), [])).rows}
     assert rows["erd"] == ["14,842,054", "14,842,054", "+0"]
@@ -150,6 +158,20 @@ def test_table_1():
 
 def test_every_number_is_in_the_csv(results):
     rows = list(csv.DictReader(io.StringIO(tables.numbers(results))))
+    of_records = {row["metric"] for row in rows}
+    assert of_records == {"npss", "euler_error", "npss_form", "npss_share", "npss_share_floor", "speed_ratio"}
+    parts = [row for row in rows if row["metric"] in ("npss_form", "npss_share") and row["convention"] == "paper"]
+    found = results.of("walking")["vgru-d"]
+    of_row = [row for row in parts if row["row"] == "vgru-d" and "srnn-8|unwrap:off" in row["signature"]]
+    assert sum(float(row["value"]) for row in of_row) == pytest.approx(found.number("npss", "paper").value, rel=1e-5)
+    (speed,) = {
+        row["signature"]
+        for row in rows
+        if row["metric"] == "speed_ratio" and row["row"] == "repeat-50" and "srnn-8|unwrap:off" in row["signature"]
+    }
+    assert speed.startswith("speed_ratio|version:1|representation:euler|frames:100|fps:25|")
+    assert "|start:25" in speed
+    rows = [row for row in rows if row["metric"] in ("npss", "euler_error")]
     numbers = [number for found in results.all() for number in found.numbers()]
     assert len(rows) == len(numbers) == 3 * 3 * (3 + 9 + 6)
     for row, number in zip(rows, numbers, strict=True):
