@@ -2,11 +2,14 @@
 
 ``NPSS_H36M=DIR python benchmarks/validation_windows.py [ACTION ...]``
 
-Rank untrained predictors, and fitted ones with several settings, by each metric on three sets of validation windows, and
-on the test windows of the same metric; print how well the orders agree, by Kendall's tau-b. The sets: windows of the
-test subject beside the eight test windows, which training uses by default; the same clips at every frame that is a
-multiple of five; and windows of training subjects, each pair of them held out in turn, by predictors that were fitted to
-the others. Predictors with networks are left out, since they would be fitted twelve times.
+Rank untrained predictors, and fitted ones with several settings, by each metric on three sets of validation windows,
+and on the test windows of the same metric; print how well the orders agree, by Kendall's tau-b. The sets:
+
+- windows of the test subject beside the eight test windows, which training uses by default;
+- the same clips at every frame that is a multiple of five;
+- windows of training subjects, each pair of them held out in turn, by predictors that were fitted to the others.
+
+Predictors with networks are left out, since they would be fitted twelve times.
 """
 
 import os
