@@ -12,29 +12,36 @@ values. Three details keep gradients finite and prevent overflow:
 
 from __future__ import annotations
 
-import numpy as np
 import torch
 
 from npss._metric.convention import Convention, ConventionName, as_convention
-from npss.validation import check_finite, motion_array
+from npss.validation import check_finite, motion_shape
 
 __all__ = ["score"]
 
 _DTYPES = (torch.float64, torch.float32, torch.float16, torch.bfloat16)
 
 
-def score(gt: torch.Tensor, pred: torch.Tensor, *, convention: ConventionName | Convention = "paper") -> torch.Tensor:
+def score(
+    gt: torch.Tensor,
+    pred: torch.Tensor,
+    *,
+    convention: ConventionName | Convention = "paper",
+    representation: str | None = None,
+) -> torch.Tensor:
     """Return the NPSS as a differentiable scalar tensor, equal to `npss.score`.
 
     Parameters
     ----------
-    gt : (N, T, D) or (T, D) tensor
-        Ground truth: N sequences of T >= 2 frames of D features (angles in radians, usually). float64, float32,
-        float16 or bfloat16, on any device.
+    gt : (N, T, D), (T, D) or (N, T, J, C) tensor
+        Ground truth: N sequences of T >= 2 frames of D features (angles in radians, usually), or of J joints, which are
+        flattened. float64, float32, float16 or bfloat16, on any device.
     pred : tensor
         Prediction, with the shape and device of `gt` and any of these dtypes.
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `npss.score`.
+    representation : str, optional
+        As for `npss.score`: ``'matrix'`` has the shape ``(N, T, J, 3, 3)``.
 
     Returns
     -------
@@ -84,9 +91,9 @@ def score(gt: torch.Tensor, pred: torch.Tensor, *, convention: ConventionName | 
     torch.Size([100, 2])
     """
     choices = as_convention(convention)
-    check_pair("gt", gt, "pred", pred)
+    truth, prediction = flat_pair("gt", gt, "pred", pred, representation)
     dtype = torch.promote_types(torch.promote_types(gt.dtype, pred.dtype), torch.float32)
-    numerator, denominator = weighted_sums(gt.to(dtype), pred.to(dtype), choices, relative=True)
+    numerator, denominator = weighted_sums(truth.to(dtype), prediction.to(dtype), choices, relative=True)
     value = numerator / denominator
     if bool(value.isnan()):  # the only wait: NaN or infinite input, or 0/0
         check_finite_tensor("gt", gt)
@@ -95,8 +102,10 @@ def score(gt: torch.Tensor, pred: torch.Tensor, *, convention: ConventionName | 
     return value
 
 
-def check_pair(first_name: str, first: torch.Tensor, second_name: str, second: torch.Tensor) -> None:
-    """Check that two tensors are a pair of motions, without reading values.
+def flat_pair(
+    first_name: str, first: torch.Tensor, second_name: str, second: torch.Tensor, representation: str | None = None
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Check that two tensors are a pair of motions, without reading values, and flatten their joints.
 
     Errors compare the second with the first.
 
@@ -112,7 +121,7 @@ def check_pair(first_name: str, first: torch.Tensor, second_name: str, second: t
             raise TypeError(
                 f"{name}: expected floating-point numbers, got {motion.dtype}; convert it, e.g. {name}.float()"
             )
-        motion_array(name, np.broadcast_to(0.0, motion.shape))  # checks the shape as npss.score does
+        shape = motion_shape(name, tuple(motion.shape), representation)
     if second.shape != first.shape:
         raise ValueError(
             f"{second_name}: its shape {tuple(second.shape)} differs from that of {first_name}, "
@@ -120,8 +129,9 @@ def check_pair(first_name: str, first: torch.Tensor, second_name: str, second: t
         )
     if second.device != first.device:
         raise ValueError(f"{second_name}: on {second.device}, but {first_name} is on {first.device}")
-    if first.shape[-2] < 2:
+    if shape[-2] < 2:
         raise ValueError(f"{first_name}: one frame; a power spectrum needs at least two")
+    return first.reshape(shape), second.reshape(shape)
 
 
 def check_finite_tensor(name: str, motion: torch.Tensor) -> None:

@@ -10,7 +10,8 @@ import torch
 from torchmetrics import Metric
 
 from npss._metric.convention import CHOICES, Convention, ConventionName, as_convention
-from npss.torch import check_finite_tensor, check_pair, weighted_sums
+from npss._metric.fields import check_value
+from npss.torch import check_finite_tensor, flat_pair, weighted_sums
 from npss.validation import one_of
 
 __all__ = ["NPSS"]
@@ -30,6 +31,8 @@ class NPSS(Metric):
     ----------
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `npss.score`.
+    representation : str, optional
+        As for `npss.score`: ``'matrix'`` has the shape ``(N, T, J, 3, 3)``.
     nan_policy : {'raise', 'propagate'}, optional
         How to treat a batch with NaN or infinite values: raise a ValueError, or make the score NaN. Such values are
         never skipped.
@@ -39,7 +42,7 @@ class NPSS(Metric):
     Raises
     ------
     TypeError, ValueError
-        If the convention or the policy is invalid.
+        If a parameter is invalid.
 
     See Also
     --------
@@ -86,10 +89,18 @@ class NPSS(Metric):
     denominator: torch.Tensor  # ()
 
     def __init__(
-        self, *, convention: ConventionName | Convention = "paper", nan_policy: Policy = "raise", **kwargs: Any
+        self,
+        *,
+        convention: ConventionName | Convention = "paper",
+        representation: str | None = None,
+        nan_policy: Policy = "raise",
+        **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
         self.convention = as_convention(convention)
+        if representation is not None:
+            check_value("representation", representation)
+        self.representation = representation
         one_of("nan_policy", nan_policy, _POLICIES)
         self.nan_policy = nan_policy
         # First, because older MetricCollections compare only the first state before two metrics share states.
@@ -102,7 +113,7 @@ class NPSS(Metric):
 
         Parameters
         ----------
-        preds : (N, T, D) or (T, D) tensor
+        preds : (N, T, D), (T, D) or (N, T, J, C) tensor
             Predictions: float64, float32, float16 or bfloat16, on the metric's device.
         target : tensor
             Ground truth, with the shape and device of `preds` and any of these dtypes. It may have no power if another
@@ -115,9 +126,9 @@ class NPSS(Metric):
             differs from earlier batches, or the power of the ground truth is beyond float64 (values of about 1e150),
             which a sum over batches cannot hold.
         """
-        check_pair("target", target, "preds", preds)
-        kind = _common_kind(torch.stack([self.kind, self._kind(target.shape[-2]).to(self.kind.device)]))
-        numerator, denominator = weighted_sums(target.double(), preds.double(), self.convention, relative=False)
+        truth, prediction = flat_pair("target", target, "preds", preds, self.representation)
+        kind = _common_kind(torch.stack([self.kind, self._kind(truth.shape[-2]).to(self.kind.device)]))
+        numerator, denominator = weighted_sums(truth.double(), prediction.double(), self.convention, relative=False)
         if not bool((numerator + denominator).isfinite()):
             if self.nan_policy == "raise":
                 check_finite_tensor("preds", preds)

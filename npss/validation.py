@@ -6,6 +6,7 @@ argument, the shape and the first bad index; never write to an input.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
 from typing import Any, ParamSpec, TypeAlias, TypeGuard, TypeVar
@@ -64,7 +65,9 @@ def real_array(name: str, values: npt.ArrayLike) -> Array:
     name : str
         Name of the argument, for errors.
     values : array_like
-        Anything that numpy can read: an array, a memory map, nested lists, a CPU tensor.
+        Anything that numpy can read: an array, a memory map, nested lists. Also tensors of torch, jax and other
+        libraries, and lists of them: detached from gradients, fetched from their device, and bfloat16 widened to
+        float32, which is exact.
 
     Returns
     -------
@@ -86,23 +89,18 @@ def real_array(name: str, values: npt.ArrayLike) -> Array:
     Traceback (most recent call last):
     TypeError: gt: expected real numbers, got booleans (dtype bool)
     """
-    parts = values if isinstance(values, list | tuple) else [values]
-    if any(isinstance(part, np.ma.MaskedArray) for part in parts):
-        raise TypeError(
-            f"{name}: masked arrays are refused, because a masked entry has no value to score; "
-            f"fill it (array.filled(...)) or drop its sequence"
-        )
-    if str(getattr(values, "dtype", "")) == "torch.bfloat16":  # unknown to numpy; exact in float32
-        values = values.float()  # type: ignore[union-attr]
+    _refuse_masked(name, values, "fill it (array.filled(...)) or drop its sequence")
     try:
-        array = np.asarray(values)
+        array = np.asarray(_fetched(values))
     except ValueError as error:
         raise ValueError(f"{name}: not a regular array of numbers ({error})") from error
-    except Exception as error:  # tensors that require grad, are on a device, ...: the type varies
+    except Exception as error:  # of a device that is not there, of another version of DLPack, ...: the type varies
         raise TypeError(
             f"{name}: numpy cannot read this {type(values).__name__} ({error}); "
             f"pass a CPU array, e.g. tensor.detach().cpu().double().numpy()"
         ) from error
+    if array.dtype.kind == "V" and array.dtype.name.startswith(("bfloat", "float")):  # of jax, by ml_dtypes
+        array = array.astype(np.float32)
     check_real(name, array.dtype)
     if array.dtype.kind == "f" and array.dtype.itemsize > 8:  # computations are in float64
         with np.errstate(over="ignore"):
@@ -110,6 +108,34 @@ def real_array(name: str, values: npt.ArrayLike) -> Array:
         check_finite(name, narrow, " in float64")
         return narrow
     return array
+
+
+def _refuse_masked(name: str, values: object, advice: str) -> None:
+    """Refuse a masked array, or a list of them."""
+    parts = values if isinstance(values, list | tuple) else [values]
+    if any(isinstance(part, np.ma.MaskedArray) for part in parts):
+        raise TypeError(f"{name}: masked arrays are refused, because a masked entry has no value to score; {advice}")
+
+
+def _fetched(values: Any) -> Any:
+    """Return what numpy can read: without gradients, on the CPU, in a precision that numpy has.
+
+    Libraries are told apart by their methods, so that none is imported.
+    """
+    if isinstance(values, list | tuple):
+        return [_fetched(value) for value in values] if values and not is_real(values[0]) else values
+    if hasattr(values, "detach") and hasattr(values, "numpy"):  # torch
+        if str(values.dtype).startswith(("torch.bfloat16", "torch.float8")):  # unknown to numpy; exact in float32
+            values = values.float()
+        return values.numpy(force=True)
+    if hasattr(values, "__cuda_array_interface__") and hasattr(values, "get"):  # cupy
+        return values.get()
+    if not hasattr(values, "__dlpack__") or isinstance(values, np.ndarray):
+        return values
+    try:  # jax and other array libraries
+        return np.asarray(values) if hasattr(values, "__array__") else np.from_dlpack(values)
+    except Exception:
+        return np.from_dlpack(values, device="cpu")  # a copy from its device; numpy 2.1
 
 
 def is_real_dtype(dtype: np.dtype[Any]) -> bool:
@@ -158,40 +184,104 @@ def check_finite(name: str, array: Array, where: str = "") -> None:
             raise ValueError(f"{name}: {array[index]} at index {index}{where}; every value must be finite")
 
 
-def motion_array(name: str, values: npt.ArrayLike) -> Array:
-    """Read `values` as motion ``(N, T, D)`` or ``(T, D)``; the caller checks that they are finite."""
-    array = real_array(name, values)
-    if array.ndim not in (2, 3):
+def motion_shape(name: str, shape: tuple[int, ...], representation: object = None) -> tuple[int, ...]:
+    """Return the shape of motion whose joints are flattened: ``(N, T, D)`` or ``(T, D)``.
+
+    Parameters
+    ----------
+    name : str
+        Name of the argument, for errors.
+    shape : tuple of int
+        ``(N, T, D)``, ``(T, D)``, ``(N, T, J, C)`` with joints, or ``(N, T, J, 3, 3)`` for rotation matrices.
+    representation : str, optional
+        The representation of the motion; only ``'matrix'`` has five axes.
+
+    Returns
+    -------
+    tuple of int
+        The shape, flattened joint by joint.
+
+    Raises
+    ------
+    TypeError
+        If the representation is not text.
+    ValueError
+        If it is another shape or empty, or ``(N, T, 3, 3)``: the matrices of one joint, or the positions of three.
+
+    Examples
+    --------
+    >>> motion_shape("gt", (8, 50, 22, 4))
+    (8, 50, 88)
+    >>> motion_shape("gt", (8, 50, 24, 3, 3), "matrix")
+    (8, 50, 216)
+    """
+    if representation is not None and not isinstance(representation, str):
+        raise TypeError(f"representation: expected text, got {representation!r}")
+    matrices = representation == "matrix"
+    ends_in_3_by_3 = len(shape) > 3 and shape[-2:] == (3, 3)
+    if len(shape) == 4 and ends_in_3_by_3:
         raise ValueError(
-            f"{name}: expected shape (N, T, D) or (T, D) = (sequences, frames, features), got {array.shape}"
+            f"{name}: shape {shape} may be rotation matrices of one joint or positions of three; pass x[:, :, None] "
+            f"with representation='matrix' for the matrices, x.reshape(N, T, 9) for the positions"
         )
-    for size, what in zip(array.shape[::-1], ("features", "frames", "sequences"), strict=False):
+    if len(shape) > 3 and matrices and not (len(shape) == 5 and ends_in_3_by_3):
+        raise ValueError(f"{name}: expected rotation matrices (N, T, J, 3, 3), got shape {shape}")
+    if not 2 <= len(shape) <= 4 + matrices:
+        advice = "; for rotation matrices, pass representation='matrix'" if len(shape) == 5 and ends_in_3_by_3 else ""
+        raise ValueError(
+            f"{name}: expected shape (N, T, D) or (T, D) = (sequences, frames, features), or (N, T, J, C) with joints, "
+            f"got {shape}{advice}"
+        )
+    flat = (*shape[:2], math.prod(shape[2:])) if len(shape) > 2 else shape
+    for size, what in zip(flat[::-1], ("features", "frames", "sequences"), strict=False):
         if size == 0:
-            raise ValueError(f"{name}: no {what} in an array of shape {array.shape}")
+            raise ValueError(f"{name}: no {what} in an array of shape {shape}")
+    return flat
+
+
+def motion_array(name: str, values: npt.ArrayLike, representation: object = None) -> Array:
+    """Read `values` as motion ``(N, T, D)`` or ``(T, D)``, flattened joint by joint; the caller checks finiteness."""
+    return flattened(motion_with_joints(name, values, representation))
+
+
+def motion_with_joints(name: str, values: npt.ArrayLike, representation: object = None) -> Array:
+    """Read `values` as motion, without flattening; joints are checked to be finite, so that errors have their index."""
+    _refuse_masked(name, values, "for sequences of unequal length, pass lengths=, one for each sequence")
+    array = real_array(name, values)
+    motion_shape(name, array.shape, representation)
+    if array.ndim > 3:
+        check_finite(name, array)
     return array
 
 
-def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array]:
+def flattened(motion: Array) -> Array:
+    """Flatten joints: ``(N, T, ...)`` to ``(N, T, D)``."""
+    return motion.reshape(*motion.shape[:2], -1) if motion.ndim > 3 else motion
+
+
+def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike, representation: object = None) -> tuple[Array, Array]:
     """Read ground truth and prediction as two arrays of the same shape.
 
     The caller checks that they are finite.
 
     Parameters
     ----------
-    gt, pred : (N, T, D) or (T, D) array_like
-        Sequences, frames, features.
+    gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
+        Sequences, frames, features; or sequences, frames, joints and their coordinates.
+    representation : str, optional
+        The representation of the motion; ``'matrix'`` has the shape ``(N, T, J, 3, 3)``.
 
     Returns
     -------
     gt, pred : (N, T, D) or (T, D) ndarray
-        Views where possible: never write to them.
+        Flattened joint by joint; views where possible: never write to them.
 
     Raises
     ------
     TypeError
         As for `real_array`.
     ValueError
-        As for `real_array`; also if a shape is neither ``(N, T, D)`` nor ``(T, D)``, is empty, or differs.
+        As for `real_array` and `motion_shape`; also if the shapes differ.
 
     Examples
     --------
@@ -199,11 +289,11 @@ def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array]:
     Traceback (most recent call last):
     ValueError: pred: its shape (1, 2) differs from that of gt, (2, 1); nothing is broadcast
     """
-    first = motion_array("gt", gt)
-    second = motion_array("pred", pred)
+    first = motion_with_joints("gt", gt, representation)
+    second = motion_with_joints("pred", pred, representation)
     if first.shape != second.shape:
         raise ValueError(f"pred: its shape {second.shape} differs from that of gt, {first.shape}; nothing is broadcast")
-    return first, second
+    return flattened(first), flattened(second)
 
 
 class BeyondFloat64Error(ValueError):

@@ -19,7 +19,7 @@ from npss._metric.frames import whole_frames
 from npss._metric.parts import Parts
 from npss._metric.registry import EULER_ERROR, NPSS, metric_called
 from npss._metric.signature import signature, stated_with, with_fields_of
-from npss.validation import Float64, Seed, motion_array, positive_number, real_array
+from npss.validation import Float64, Seed, motion_with_joints, positive_number, real_array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -135,10 +135,10 @@ def compare(
 
     Parameters
     ----------
-    gt : (N, T, D) array_like
-        Ground truth of N >= 2 sequences; for a metric of positions, (N, T, J, 3).
-    pred_a, pred_b : (N, T, D) array_like
-        Two predictions.
+    gt : (N, T, D) or (N, T, J, C) array_like
+        Ground truth of N >= 2 sequences, as for `score`; for a metric of positions, (N, T, J, 3).
+    pred_a, pred_b : array_like
+        Two predictions, of the same shape as `gt`.
     metric : str, optional
         The metric to compare by: ``'npss'``, ``'euler_error'``, ``'mse'``, or a registered metric (`npss.metrics`) that
         takes motion of this kind.
@@ -157,7 +157,8 @@ def compare(
     extra : mapping of str to str, int, float or bool; optional
         Fields of your own for the signature.
     **context
-        Known fields for the signature, as for `signature`.
+        Known fields for the signature, as for `signature`. With ``representation='matrix'``, motion has the shape
+        ``(N, T, J, 3, 3)``.
 
     Returns
     -------
@@ -201,9 +202,10 @@ def compare(
     if compared.aggregation == "none":
         raise ValueError(f"metric: {metric!r} has no values for single sequences, which a comparison needs")
     positions = compared.takes == "positions"
-    truth = real_array("gt", gt) if positions else motion_array("gt", gt)
+    representation = context.get("representation")
+    truth = real_array("gt", gt) if positions else motion_with_joints("gt", gt, representation)
     shape = "(N, T, J, 3)" if positions else "(N, T, D)"
-    if truth.ndim != shape.count(",") + 1 or len(truth) < 2:
+    if (truth.ndim != 4 if positions else truth.ndim < 3) or len(truth) < 2:
         raise ValueError(f"gt: expected shape {shape} with N >= 2 sequences to pair, got {truth.shape}")
     fields: dict[str, Value] = {"frames": truth.shape[1]}
     rate = None if fps is None else positive_number("fps", fps)
@@ -223,7 +225,9 @@ def compare(
     meaning = signature(chosen if compared.has_conventions else None, metric=compared.name, **all_fields)
 
     def measured(name: str, pred: npt.ArrayLike) -> tuple[float, Float64, Float64, Parts | None]:
-        value = compared.measure(truth, pred, pred_name=name, convention=chosen, fps=rate, at_ms=at_ms)
+        value = compared.measure(
+            truth, pred, pred_name=name, representation=representation, convention=chosen, fps=rate, at_ms=at_ms
+        )
         return value.value, np.asarray(value.numerator), np.asarray(value.weight), value.parts
 
     labels = read_groups("groups", groups, len(truth))

@@ -65,12 +65,14 @@ class Finding:
         return f"{head}: {self.count} {self.message}; the first at {what} {where}"
 
 
-def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Finding, ...]:
+def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike, *, representation: str | None = None) -> tuple[Finding, ...]:
     """Look for pitfalls that change scores silently: jumps, flipped signs, shifts, padding, degrees, swapped axes.
 
     Parameters
     ----------
-    gt, pred : (N, T, D) or (T, D) array_like
+    gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
+        As for `score`. Places of findings count the flattened features.
+    representation : str, optional
         As for `score`.
 
     Returns
@@ -124,7 +126,7 @@ def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Finding, ...]:
     warning shift, pred: is the ground truth 1 frame later ...
     note share, note: pred: 79% of the score by 'paper', ...
     """
-    truth, prediction = motion_pair(gt, pred)
+    truth, prediction = motion_pair(gt, pred, representation)
     check_finite("gt", truth)
     check_finite("pred", prediction)
     if truth.ndim == 2:

@@ -190,15 +190,15 @@ def report(
 
     Parameters
     ----------
-    gt, pred : (N, T, D) or (T, D) array_like
+    gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
         As for `score`.
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `score`.
     fps : float, optional
         Frames per second, stated in the signature.
     feature_names : sequence of str, optional
-        Names of the D features, such as ``npss.skeleton.FEATURE_NAMES``; by default ``'0'``, ``'1'``, ... Features
-        belong to one joint if their names are equal up to the last dot.
+        Names of the D flattened features, such as ``npss.skeleton.FEATURE_NAMES``; by default ``'0'``, ``'1'``, ...
+        Features belong to one joint if their names are equal up to the last dot.
     groups : sequence of str, int or None, optional
         A label for each sequence. Sequences with the same label depend on each other, such as windows that overlap or
         all windows of a person, and form a block; the interval is made from blocks. A sequence with None is in no block
@@ -207,7 +207,8 @@ def report(
     extra : mapping of str to str, int, float or bool; optional
         Fields of your own for the signature.
     **context
-        Known fields for the signature, as for `signature`: ``representation``, ``protocol``.
+        Known fields for the signature, as for `signature`: ``representation`` (``'matrix'`` has the shape
+        ``(N, T, J, 3, 3)``), ``protocol``.
 
     Returns
     -------
@@ -249,7 +250,7 @@ def report(
     >>> type(report.interval()).__name__  # eight blocks: each sequence is its own
     'Range'
     """
-    truth, prediction = motion_pair(gt, pred)
+    truth, prediction = motion_pair(gt, pred, context.get("representation"))
     chosen = as_convention(convention)
     n_frames, n_features = truth.shape[-2:]
     if feature_names is None:

@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy.typing as npt
 
 from npss._metric.convention import Convention, ConventionName, as_convention, convention_name
+from npss._metric.fields import check_value
 from npss._metric.registry import NPSS
 from npss._metric.score import quotient, weighted_sums
 from npss._metric.signature import METRIC_VERSION, parse_signature, signature
@@ -26,11 +27,13 @@ class Accumulator:
     ----------
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `score`.
+    representation : str, optional
+        As for `score`; the signature states it.
 
     Raises
     ------
     TypeError, ValueError
-        If `convention` is invalid.
+        If a parameter is invalid.
 
     Notes
     -----
@@ -52,8 +55,11 @@ class Accumulator:
     True
     """
 
-    def __init__(self, *, convention: ConventionName | Convention = "paper") -> None:
+    def __init__(self, *, convention: ConventionName | Convention = "paper", representation: str | None = None) -> None:
         self._convention = as_convention(convention)
+        if representation is not None:
+            check_value("representation", representation)
+        self._representation = representation
         self._shape: tuple[int, int] | None = None  # frames and features; None before the first batch
         self._sequences = 0
         self._numerator = 0
@@ -64,7 +70,7 @@ class Accumulator:
 
         Parameters
         ----------
-        gt, pred : (N, T, D) or (T, D) array_like
+        gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
             As for `score`; T and D as in earlier batches.
         workers : int, optional
             As for `score`.
@@ -80,7 +86,7 @@ class Accumulator:
             As for `score`, except that a batch without power is valid. Also if T or D differ from earlier batches.
             After an error, the accumulator is unchanged.
         """
-        truth, prediction = motion_pair(gt, pred)
+        truth, prediction = motion_pair(gt, pred, self._representation)
         shape = truth.shape[-2:]
         self._check_shape("gt", shape)
         numerator, denominator = weighted_sums(truth, prediction, self._convention, workers=workers)
@@ -126,7 +132,7 @@ class Accumulator:
         """
         frames, features = self._shape or (0, 0)
         return {
-            "signature": signature(self._convention, frames=frames),
+            "signature": signature(self._convention, **self._context, frames=frames),
             "features": features,
             "sequences": self._sequences,
             "numerator": f"{self._numerator:x}",
@@ -155,7 +161,7 @@ class Accumulator:
                 f"state: expected the signature of an accumulator of metric version {METRIC_VERSION}, "
                 f"got {state['signature']!r}"
             )
-        accumulator = cls(convention=values["convention"])
+        accumulator = cls(convention=values["convention"], representation=values.get("representation"))
         counts = [values["frames"], state["features"], state["sequences"]]
         if any(isinstance(count, bool) or not isinstance(count, int) or count < 0 for count in counts):
             raise ValueError(f"state: frames, features and sequences must be whole numbers, got {counts}")
@@ -178,13 +184,16 @@ class Accumulator:
         Raises
         ------
         ValueError
-            If its convention, T or D differs.
+            If its convention, representation, T or D differs.
         """
         if not isinstance(other, Accumulator):
             return NotImplemented
         if other._convention != self._convention:
             ours, theirs = (convention_name(choice) or str(choice) for choice in (self._convention, other._convention))
             raise ValueError(f"convention: {theirs} cannot be merged into {ours}; their scores are not comparable")
+        if other._representation != self._representation:
+            names = f"{other._representation} cannot be merged into {self._representation}"
+            raise ValueError(f"representation: {names}; their scores are not comparable")
         if other._shape is not None:
             self._check_shape("the other accumulator", other._shape)
             self._shape = other._shape
@@ -197,7 +206,7 @@ class Accumulator:
         """Return a new accumulator with the content of both."""
         if not isinstance(other, Accumulator):
             return NotImplemented
-        merged = Accumulator(convention=self._convention)
+        merged = Accumulator(convention=self._convention, representation=self._representation)
         merged |= self
         merged |= other
         return merged
@@ -205,6 +214,10 @@ class Accumulator:
     def __repr__(self) -> str:
         name = convention_name(self._convention) or self._convention
         return f"<npss.Accumulator of {self._sequences} sequences, convention {name}>"
+
+    @property
+    def _context(self) -> dict[str, Any]:
+        return {} if self._representation is None else {"representation": self._representation}
 
     def _check_shape(self, name: str, shape: tuple[int, ...]) -> None:
         if self._shape is not None and shape != self._shape:

@@ -37,7 +37,7 @@ def euler_error(
 
     Parameters
     ----------
-    gt, pred : (N, T, D) or (T, D) array_like
+    gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
         Ground truth and prediction: Euler angles in radians. For Human3.6M poses, see `poses_to_euler`.
     fps : float, optional
         Frames per second.
@@ -100,7 +100,7 @@ def euler_error_curve(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Column
 
     Parameters
     ----------
-    gt, pred : (N, T, D) or (T, D) array_like
+    gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
         As for `euler_error`.
     columns : {'gt', 'pred', 'all'}, optional
         As for `euler_error`.
@@ -138,7 +138,7 @@ def mse(gt: npt.ArrayLike, pred: npt.ArrayLike) -> float:
 
     Parameters
     ----------
-    gt, pred : (N, T, D) or (T, D) array_like
+    gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
         Ground truth and prediction.
 
     Returns

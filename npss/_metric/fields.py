@@ -35,6 +35,7 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
             "representation of the motion",
             means={
                 "euler": "Euler angles in the Human3.6M convention, columns 0-5 zeroed",
+                "matrix": "rotation matrices, row by row",
                 "global-quaternions": "unit quaternions of global rotations, as in LaFAN1's benchmark",
             },
         ),

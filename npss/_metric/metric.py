@@ -19,9 +19,10 @@ from npss.validation import (
     BeyondFloat64Error,
     Float64,
     check_finite,
+    flattened,
     is_integer,
     is_real,
-    motion_array,
+    motion_with_joints,
     one_of,
     real_array,
 )
@@ -185,7 +186,15 @@ class Metric:
         extra = {name: fields.pop(name) for name in list(fields) if name not in FIELDS}
         return fields | ({"extra": extra} if extra else {})
 
-    def measure(self, gt: npt.ArrayLike, pred: npt.ArrayLike, *, pred_name: str = "pred", **options: Any) -> Measured:
+    def measure(
+        self,
+        gt: npt.ArrayLike,
+        pred: npt.ArrayLike,
+        *,
+        pred_name: str = "pred",
+        representation: object = None,
+        **options: Any,
+    ) -> Measured:
         """Call the function on motion, and check the result.
 
         Parameters
@@ -194,6 +203,8 @@ class Metric:
             N sequences, or a single one.
         pred_name : str, optional
             Name of the prediction, for errors.
+        representation : str, optional
+            The representation of the motion: ``'matrix'`` has the shape ``(N, T, J, 3, 3)``.
         **options
             All available options; the metric's own are passed to the function.
 
@@ -202,10 +213,11 @@ class Metric:
         TypeError, ValueError
             If the input is invalid, an option is missing, or the function returns an invalid result.
         """
-        truth, prediction = self._read("gt", gt), self._read(pred_name, pred)
-        if truth.shape != prediction.shape:
-            shapes = f"its shape {prediction.shape} differs from that of gt, {truth.shape}"
+        arrays = [self._read(name, motion, representation) for name, motion in (("gt", gt), (pred_name, pred))]
+        if arrays[0].shape != arrays[1].shape:
+            shapes = f"its shape {arrays[1].shape} differs from that of gt, {arrays[0].shape}"
             raise ValueError(f"{pred_name}: {shapes}; nothing is broadcast")
+        truth, prediction = arrays if self.takes == "positions" else map(flattened, arrays)
         passed = {}
         for name in self.options:
             if options.get(name) is None:
@@ -217,8 +229,8 @@ class Metric:
             raise ValueError(f"{pred_name}: {error.what}") from error
         return result if isinstance(result, Measured) else self._measured(result, len(truth))
 
-    def _read(self, name: str, values: npt.ArrayLike) -> Float64:
-        """Read motion as ``(N, T, D)`` or ``(N, T, J, 3)``, float64, finite and read-only."""
+    def _read(self, name: str, values: npt.ArrayLike, representation: object) -> Float64:
+        """Read motion as ``(N, T, D)`` or with joints, float64, finite and read-only."""
         array: Array
         if self.takes == "positions":
             array = real_array(name, values)
@@ -226,7 +238,7 @@ class Metric:
                 raise ValueError(f"{name}: expected positions (N, T, J, 3) or (T, J, 3), got shape {array.shape}")
             n_axes = 4
         else:
-            array, n_axes = motion_array(name, values), 3
+            array, n_axes = motion_with_joints(name, values, representation), 3
         check_finite(name, array)
         view = np.asarray(array, np.float64)[np.newaxis if array.ndim < n_axes else ...]
         view.flags.writeable = False

@@ -16,7 +16,12 @@ from npss.validation import Array, check_finite, each, is_integer, motion_pair, 
 
 
 def score(
-    gt: npt.ArrayLike, pred: npt.ArrayLike, *, convention: ConventionName | Convention = "paper", workers: int = 1
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    convention: ConventionName | Convention = "paper",
+    representation: str | None = None,
+    workers: int = 1,
 ) -> float:
     """Return the NPSS: the power-weighted mean distance between the power spectra of prediction and ground truth.
 
@@ -25,13 +30,18 @@ def score(
 
     Parameters
     ----------
-    gt : (N, T, D) or (T, D) array_like
-        Ground truth: N sequences of T >= 2 frames of D features (angles in radians, usually).
+    gt : (N, T, D), (T, D) or (N, T, J, C) array_like
+        Ground truth: N sequences of T >= 2 frames of D features (angles in radians, usually), or of J joints with C
+        coordinates, which are flattened joint by joint. Arrays and tensors of numpy, torch, jax, ..., in any precision.
+        Pass a single sequence of joints as ``x[None]``: three axes are always ``(N, T, D)``.
     pred : array_like
         Prediction, of the same shape as `gt`.
     convention : {'paper', 'released', 'literal'} or Convention, optional
         The definition of the metric: the paper's text (default), its released code (used in published tables), its
         equations as printed, or choices of your own.
+    representation : str, optional
+        What the features are. For ``'matrix'``, rotation matrices, an array with joints is ``(N, T, J, 3, 3)``; other
+        representations do not change how an array is read.
     workers : int, optional
         Number of threads; -1 for all CPUs, as in scipy. Several threads pay off for more than some ten thousand
         features of sequences, and give the same bits.
@@ -47,8 +57,9 @@ def score(
         If `gt` or `pred` does not hold real numbers, the convention is neither a name nor a `Convention`, or `workers`
         is not a whole number.
     ValueError
-        If the shapes are wrong or differ, a value is NaN or infinite (the message names its index), there are fewer
-        than two frames, the ground truth has no power, the convention is unknown, or `workers` is out of range.
+        If the shapes are wrong, ambiguous or differ, a value is NaN or infinite (the message names its index), there
+        are fewer than two frames, the ground truth has no power, the convention is unknown, or `workers` is out of
+        range.
 
     See Also
     --------
@@ -76,7 +87,7 @@ def score(
     >>> round(npss.score(gt, np.cos(2 * np.pi * 1.25 * t) * [1, 1]), 3)
     2.0
     """
-    truth, prediction = motion_pair(gt, pred)
+    truth, prediction = motion_pair(gt, pred, representation)
     return quotient(*weighted_sums(truth, prediction, as_convention(convention), workers=workers))
 
 
@@ -88,6 +99,7 @@ def score_windows(
     fps: float,
     edges_ms: Sequence[float] = (0, 1000, 2000, 4000),
     convention: ConventionName | Convention = "paper",
+    representation: str | None = None,
     workers: int = 1,
 ) -> dict[str, float]:
     """Return the NPSS of consecutive time windows: the short, medium and long term.
@@ -97,13 +109,15 @@ def score_windows(
 
     Parameters
     ----------
-    gt, pred : (N, T, D) or (T, D) array_like
+    gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
         As for `score`.
     fps : float
         Frames per second.
     edges_ms : sequence of float, optional
         Edges of the windows in milliseconds from the first predicted frame, increasing.
     convention : {'paper', 'released', 'literal'} or Convention, optional
+        As for `score`.
+    representation : str, optional
         As for `score`.
     workers : int, optional
         As for `score`.
@@ -130,7 +144,7 @@ def score_windows(
     >>> npss.score_windows(np.cos(6 * t), np.cos(6 * t), fps=25)
     {'0-1': 0.0, '1-2': 0.0, '2-4': 0.0}
     """
-    truth, prediction = motion_pair(gt, pred)
+    truth, prediction = motion_pair(gt, pred, representation)
     choices = as_convention(convention)
     n_frames = truth.shape[-2]
     rate = positive_number("fps", fps)

@@ -20,7 +20,7 @@ def speed_ratio(gt: npt.ArrayLike, pred: npt.ArrayLike, *, start: int = 1, wrap:
 
     Parameters
     ----------
-    gt, pred : (N, T, D) or (T, D) array_like
+    gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
         Ground truth and prediction: Euler angles in radians, or other features with ``wrap=False``.
     start : int, optional
         The first frame t whose difference from the frame before it counts, from 0: at 25 frames per second, 25 leaves

@@ -24,12 +24,14 @@ from npss.files._samples import Pair, add_max_size, converted, read_pair, read_p
 from npss.protocol import FPS, SLICES_MS
 from npss.records import Record, measure, signature_of
 from npss.rotations._unwrap import unwrap
+from npss.validation import motion_pair
 
 _DESCRIPTION = """\
 Score a prediction against its ground truth.
 
-  npss score GT PRED      two {array} files, (N, T, D) or (T, D); or two {arrays} files, whose arrays pair by name
-                          (--key chooses one; single values, text and Python objects are ignored)
+  npss score GT PRED      two {array} files, (N, T, D), (T, D) or (N, T, J, C) (with --representation matrix,
+                          (N, T, J, 3, 3)); or two {arrays} files, whose arrays pair by name (--key
+                          chooses one; single values, text and Python objects are ignored)
   npss score SAMPLES      one {samples} file of expmap/gt/ACTION_i and expmap/preds/ACTION_i, each (T, 99):
                           Human3.6M exponential maps at 25 frames per second; also prints the Euler error
 
@@ -147,7 +149,7 @@ def _record(
     context: dict[str, Any],
     advice: str,
 ) -> Record:
-    n_frames = pair.gt.shape[-2] if pair.gt.ndim > 1 else 0
+    n_frames = pair.gt.shape[-2 if pair.gt.ndim == 2 else 1] if pair.gt.ndim > 1 else 0
     times = options.at_ms
     if samples and not times:
         times = [time for time in SLICES_MS if time * FPS <= n_frames * 1000]
@@ -170,7 +172,9 @@ def _record(
         of_an_option = str(error).partition(":")[0] in vars(options)
         where = "" if pair.name is None or of_an_option else f"{pair.name}: "
         raise type(error)(f"{where}{error}{'' if of_an_option else advice}") from error
-    motions = (pair.gt, pair.pred) if options.unwrap == "off" else (unwrap(pair.gt), unwrap(pair.pred))
+    motions = motion_pair(pair.gt, pair.pred, context.get("representation"))
+    if options.unwrap != "off":
+        motions = unwrap(motions[0]), unwrap(motions[1])
     record["diagnosis"] = [str(finding) for finding in diagnose(*motions)]
     if pair.stored_curve is not None and not record.get("still"):
         curve = euler_error_curve(pair.gt, pair.pred)

@@ -200,7 +200,7 @@ def _motions(headers: Mapping[str, Header], key: str | None) -> list[str]:
     names = [name for name in headers if name not in others] if key is None else [key]
     if not names:
         raise ValueError(f"no motion in it, an array (N, T, D) or (T, D) of numbers; arrays: {arrays}")
-    motions = [name for name in names if len(headers[name].shape) in (2, 3) and is_real_dtype(headers[name].dtype)]
+    motions = [name for name in names if 2 <= len(headers[name].shape) <= 5 and is_real_dtype(headers[name].dtype)]
     if len(names) > 1 and len(motions) < len(names):
         raise ValueError(f"not all arrays are motion (N, T, D) or (T, D); choose one by --key NAME: {arrays}")
     for name in names:

@@ -111,7 +111,7 @@ def measure(
     ({'paper': 0.0}, {'80': 0.0}, {'MSE': 0.0})
     """
     others = _others(metrics, at_ms, poses)
-    angles = gt, pred
+    gt, pred = angles = motion_pair(gt, pred, context.get("representation"))
     record: Record = {}
     by_sequence: Record = {}  # values of single sequences
     if sequences:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from npss.validation import Array, Float64, check_finite, motion_array, renamed
+from npss.validation import Array, Float64, check_finite, motion_with_joints, renamed
 
 _LARGEST = 1e12  # radians; float64 still resolves 1e-4 there
 
@@ -24,7 +24,7 @@ def unwrap(angles: npt.ArrayLike, *, seed_frames: npt.ArrayLike | None = None) -
 
     Parameters
     ----------
-    angles : (N, T, D) or (T, D) array_like
+    angles : (N, T, D), (T, D) or (N, T, J, C) array_like
         Angles in radians.
     seed_frames : (N, S, D) or (S, D) array_like, optional
         The frames before `angles`, in radians: unwrapping starts at the first of them (default: at the first frame of
@@ -58,11 +58,13 @@ def unwrap(angles: npt.ArrayLike, *, seed_frames: npt.ArrayLike | None = None) -
     if seed_frames is None:
         return _unwrap(frames)
     before = _angles("seed_frames", seed_frames)
-    if (before.ndim, *before.shape[:-2], before.shape[-1]) != (frames.ndim, *frames.shape[:-2], frames.shape[-1]):
+    axis = _time(frames)
+    if before.ndim != frames.ndim or np.delete(before.shape, axis).tolist() != np.delete(frames.shape, axis).tolist():
         raise ValueError(
             f"seed_frames: its shape {before.shape} must equal that of angles, {frames.shape}, except in the frames"
         )
-    return _unwrap(np.concatenate([before, frames], axis=-2))[..., before.shape[-2] :, :]
+    whole = _unwrap(np.concatenate([before, frames], axis=axis))
+    return np.take(whole, range(before.shape[axis], whole.shape[axis]), axis=axis)
 
 
 def require_turns(name: str, angles: Array) -> None:
@@ -74,11 +76,16 @@ def require_turns(name: str, angles: Array) -> None:
 
 
 def _angles(name: str, values: npt.ArrayLike) -> Float64:
-    angles = motion_array(name, values).astype(np.float64)
+    angles = motion_with_joints(name, values).astype(np.float64)
     check_finite(name, angles)
     require_turns(name, angles)
     return angles
 
 
+def _time(motion: Array) -> int:
+    """Return the axis of frames."""
+    return 0 if motion.ndim == 2 else 1
+
+
 def _unwrap(frames: Float64) -> Float64:
-    return np.unwrap(frames, period=math.tau, axis=-2)
+    return np.unwrap(frames, period=math.tau, axis=_time(frames))

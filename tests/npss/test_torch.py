@@ -202,7 +202,9 @@ REFUSED = {
         for dtype in (torch.int64, torch.bool, torch.complex64)
     },
     "one axis": (torch.ones(4), ValueError, r"expected shape \(N, T, D\) or \(T, D\)"),
-    "four axes": (torch.ones(1, 2, 3, 4), ValueError, r"expected shape \(N, T, D\) or \(T, D\)"),
+    "three by three": (torch.ones(1, 2, 3, 3), ValueError, r"shape \(1, 2, 3, 3\) may be rotation matrices"),
+    "five axes": (torch.ones(1, 2, 3, 4, 5), ValueError, r"expected shape \(N, T, D\) or \(T, D\)"),
+    "matrices": (torch.ones(1, 2, 1, 3, 3), ValueError, "expected shape .*pass representation='matrix'"),
     "no sequences": (torch.ones(0, 4, 3), ValueError, r"no sequences in an array of shape \(0, 4, 3\)"),
     "no frames": (torch.ones(2, 0, 3), ValueError, "no frames"),
     "no features": (torch.ones(2, 4, 0), ValueError, "no features"),
@@ -275,13 +277,19 @@ def test_half_precision_that_is_not_finite(dtype):
             score(GOOD.cumsum(1), bad)
 
 
-def test_the_advice_for_tensors_that_numpy_cannot_read_works():
-    for dtype in (torch.float64, *HALVES):
-        tensor = GOOD.cumsum(1).to(dtype).requires_grad_()
-        with pytest.raises(TypeError, match=r"^gt: .*e\.g\. tensor\.detach\(\)\.cpu\(\)\.double\(\)\.numpy\(\)"):
-            npss.score(tensor, tensor)
-        array = tensor.detach().cpu().double().numpy()
-        assert npss.score(array, array) == 0
+def test_joints_and_matrices(make):
+    joints, matrices = (tensors(noise(shape=(2, 6, 4, *axes))) for axes in ((5,), (3, 3)))
+    for (gt, pred), options in ((joints, {}), (matrices, {"representation": "matrix"})):
+        expected = npss.score(gt.flatten(2), pred.flatten(2))
+        assert npss.torch.score(gt, pred, **options).item() == pytest.approx(expected, rel=1e-12)
+        assert filled(make(**options), gt, pred).compute().item() == pytest.approx(expected, rel=1e-12)
+    bad = joints[1].clone()
+    bad[0, 1, 2, 3] = torch.nan
+    for refused in (lambda: npss.torch.score(joints[0], bad), lambda: make().update(bad, joints[0])):
+        with pytest.raises(ValueError, match=r"^preds?: nan at index \(0, 1, 2, 3\)"):
+            refused()
+    with pytest.raises(TypeError, match=r"^representation: expected text"):
+        make(representation=6)
 
 
 @pytest.mark.parametrize("name", NAMES)

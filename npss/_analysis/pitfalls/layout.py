@@ -82,7 +82,7 @@ class JointAxis(Pitfall):
                     (),
                     "varies much more smoothly along the first axis than along the second: (frames, joints, "
                     "coordinates) of one sequence? Expected (sequences, frames, features): "
-                    "array.reshape(1, len(array), -1)",
+                    "array[None]",
                 )
 
 

@@ -169,13 +169,3 @@ def test_invalid_frame_rates(fps, motion):
 def test_frame_rates_of_another_type(fps, motion):
     with pytest.raises(TypeError, match="fps: expected a positive"):
         npss.euler_error(*motion, fps=fps)
-
-
-def test_torch_tensors(motion):
-    torch = pytest.importorskip("torch")
-    gt, pred = (torch.from_numpy(array) for array in motion)
-    assert npss.score(gt, pred) == npss.score(*motion)
-    with pytest.raises(TypeError, match=r"gt: numpy cannot read this Tensor .*detach"):
-        npss.score(gt.requires_grad_(), pred)
-    coarse = pred.to(torch.bfloat16)
-    assert npss.score(gt.detach(), coarse) == npss.score(motion[0], coarse.double().numpy())
