@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +17,24 @@ from npss.rotations._poses import POSE
 from npss.rotations._quaternion import QUATERNION
 from npss.validation import Array, Float64, check_finite, each, is_integer, one_of, real_array
 
-__all__ = ["FEATURE_NAMES", "H36M", "Skeleton", "poses_to_positions"]
+__all__ = ["FEATURE_NAMES", "H36M", "Forward", "Skeleton", "poses_to_positions"]
 
 _SIDES = {"left": re.compile(r"(?i:left)|[Ll](?=[A-Z_])"), "right": re.compile(r"(?i:right)|[Rr](?=[A-Z_])")}
+
+
+class Forward(NamedTuple):
+    """The result of forward kinematics.
+
+    Attributes
+    ----------
+    positions : (..., J, 3) ndarray
+        The positions of the joints, in the unit of the offsets.
+    rotations : (..., J, 3, 3) ndarray
+        The global rotations of the joints: from the frame of each joint to the world.
+    """
+
+    positions: Array
+    rotations: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,10 +113,10 @@ class Skeleton:
             next((side for side, begins in _SIDES.items() if begins.match(name)), "centre") for name in self.names
         )
 
-    def positions(
+    def forward(
         self, rotations: npt.ArrayLike, *, root: npt.ArrayLike | None = None, offsets: npt.ArrayLike | None = None
-    ) -> Array:
-        """Compute the positions of the joints by forward kinematics.
+    ) -> Forward:
+        """Compute the positions and global rotations of the joints by forward kinematics.
 
         With column vectors, starting at the root::
 
@@ -120,8 +135,9 @@ class Skeleton:
 
         Returns
         -------
-        (..., J, 3) ndarray
-            In the unit of the offsets. float32 for float32 rotations, float64 otherwise.
+        Forward
+            ``positions`` (..., J, 3), in the unit of the offsets, and ``rotations`` (..., J, 3, 3), ``turned`` above.
+            float32 for float32 rotations, float64 otherwise.
 
         Raises
         ------
@@ -129,29 +145,145 @@ class Skeleton:
             If an argument does not hold real numbers.
         ValueError
             If a shape is wrong, a value is not finite, or a matrix is not a rotation. The message names the index.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from npss.skeleton import H36M
+        >>> positions, rotations = H36M.forward(np.tile(np.eye(3), (10, 32, 1, 1)))
+        >>> positions.shape, rotations.shape
+        ((10, 32, 3), (10, 32, 3, 3))
         """
-        turns = rotation_array("rotations", rotations, (len(self.names), 3, 3))
-        convert("rotations", turns, MATRIX, QUATERNION)  # raises unless all are finite rotations
+        turns = self._read("rotations", rotations)
         bones = self.offsets if offsets is None else _like("offsets", offsets, turns.shape[:-1])
         place = bones[..., self.parents.index(-1), :] if root is None else _like("root", root, (*turns.shape[:-3], 3))
         return self._compose(turns, place, bones)
 
-    def _compose(self, rotations: Array, root: Array, offsets: Array) -> Array:
-        """Compute `positions` from valid arguments."""
+    def positions(
+        self, rotations: npt.ArrayLike, *, root: npt.ArrayLike | None = None, offsets: npt.ArrayLike | None = None
+    ) -> Array:
+        """Compute the positions of the joints: the first result of `forward`.
+
+        Parameters
+        ----------
+        rotations, root, offsets : array_like
+            As for `forward`.
+
+        Returns
+        -------
+        (..., J, 3) ndarray
+            In the unit of the offsets. float32 for float32 rotations, float64 otherwise.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for `forward`.
+        """
+        return self.forward(rotations, root=root, offsets=offsets).positions
+
+    def global_rotations(self, local: npt.ArrayLike) -> Array:
+        """Compute the rotations of the joints in the world from those in the frames of their parents.
+
+        Parameters
+        ----------
+        local : (..., J, 3, 3) array_like
+            The rotation of every joint in the frame of its parent, as matrices that rotate column vectors.
+
+        Returns
+        -------
+        (..., J, 3, 3) ndarray
+            float32 for float32, float64 otherwise.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for `forward`.
+
+        See Also
+        --------
+        local_rotations : the inverse.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from npss.rotations import expmap_to_matrix, matrix_to_expmap
+        >>> from npss.skeleton import Skeleton
+        >>> arm = Skeleton(["shoulder", "elbow"], [-1, 0], np.zeros((2, 3)))
+        >>> local = expmap_to_matrix([[0.1, 0, 0], [0.2, 0, 0]])
+        >>> matrix_to_expmap(arm.global_rotations(local)).round(12)
+        array([[0.1, 0. , 0. ],
+               [0.3, 0. , 0. ]])
+        """
+        turns = self._read("local", local)
+        turned = np.empty(turns.shape, result_dtype(turns))
+        for j in self._order:
+            self._turn(turns, turned, j)
+        return turned
+
+    def local_rotations(self, turned: npt.ArrayLike) -> Array:
+        """Compute the rotations of the joints in the frames of their parents from those in the world.
+
+        Parameters
+        ----------
+        turned : (..., J, 3, 3) array_like
+            Global rotations, as matrices that rotate column vectors.
+
+        Returns
+        -------
+        (..., J, 3, 3) ndarray
+            float32 for float32, float64 otherwise.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for `forward`.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from npss.rotations import expmap_to_matrix, matrix_to_expmap
+        >>> from npss.skeleton import Skeleton
+        >>> arm = Skeleton(["shoulder", "elbow"], [-1, 0], np.zeros((2, 3)))
+        >>> turned = expmap_to_matrix([[0.1, 0, 0], [0.3, 0, 0]])
+        >>> matrix_to_expmap(arm.local_rotations(turned)).round(12)
+        array([[0.1, 0. , 0. ],
+               [0.2, 0. , 0. ]])
+        """
+        array = self._read("turned", turned)
+        local = array.astype(result_dtype(array))
+        for j, parent in enumerate(self.parents):
+            if parent >= 0:
+                inverse = array[..., parent, :, :].swapaxes(-1, -2).astype(local.dtype, copy=False)
+                local[..., j, :, :] = inverse @ local[..., j, :, :]
+        return local
+
+    def _read(self, name: str, rotations: npt.ArrayLike) -> Array:
+        turns = rotation_array(name, rotations, (len(self.names), 3, 3))
+        convert(name, turns, MATRIX, QUATERNION)  # raises unless all are finite rotations
+        return turns
+
+    def _turn(self, rotations: Array, turned: Array, j: int) -> None:
+        """Fill the global rotation of a joint, after that of its parent."""
+        if self.parents[j] < 0:
+            turned[..., j, :, :] = rotations[..., j, :, :]
+        else:
+            np.matmul(turned[..., self.parents[j], :, :], rotations[..., j, :, :], out=turned[..., j, :, :])
+
+    def _compose(self, rotations: Array, root: Array, offsets: Array) -> Forward:
+        """Compute `forward` from valid arguments."""
         dtype = result_dtype(rotations)
         turned = np.empty(rotations.shape, dtype)
         positions = np.empty(rotations.shape[:-1], dtype)
         bones = offsets.astype(dtype, copy=False)[..., np.newaxis]
         for j in self._order:
+            self._turn(rotations, turned, j)
             parent = self.parents[j]
             if parent < 0:
-                turned[..., j, :, :] = rotations[..., j, :, :]
                 positions[..., j, :] = root
             else:
-                np.matmul(turned[..., parent, :, :], rotations[..., j, :, :], out=turned[..., j, :, :])
                 bone = turned[..., parent, :, :] @ bones[..., j, :, :]
                 positions[..., j, :] = positions[..., parent, :] + bone[..., 0]
-        return positions
+        return Forward(positions, turned)
 
 
 def _like(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
@@ -287,4 +419,4 @@ def poses_to_positions(poses: npt.ArrayLike, *, root: Root = "fixed") -> Array:
             facing = rotations[..., t - 1, 0, :, :]
             place[..., t, :] = place[..., t - 1, :] + (facing @ array[..., t, :3, np.newaxis])[..., 0]
             rotations[..., t, 0, :, :] = facing @ turns[..., t, :, :]
-    return H36M._compose(rotations, place, H36M.offsets)
+    return H36M._compose(rotations, place, H36M.offsets).positions

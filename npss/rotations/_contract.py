@@ -63,6 +63,21 @@ angles : (..., 3) array_like
     Angles in radians in the order of the letters; the outer ones in [-pi, pi], the middle one in [-pi/2, pi/2], or in
     [0, pi] if the first letter is also the last. At gimbal lock the third is zero.""",
 )
+SIXD = Described(
+    argument="sixd",
+    given="""\
+sixd : (..., 6) array_like
+    The first two columns of rotation matrices, of any nonzero length and angle, as a network returns them: the second
+    is made perpendicular to the first (Gram-Schmidt).""",
+    refused="a column is zero or parallel to the other",
+    returned="""\
+(..., 6) ndarray
+    The first two columns of the rotation matrices.""",
+)
+_LAYOUT = """
+layout : {'columns', 'rows'}, optional
+    ``'columns'``: one column after the other, R00 R10 R20 R01 R11 R21. ``'rows'``: interleaved, the rows of the 3 x 2
+    matrix, R00 R01 R10 R11 R20 R21."""
 _SEQ = """
 seq : str
     As in `expmap_to_euler`: ``"h36m"``, or three letters, upper case intrinsic, lower case extrinsic."""
@@ -75,14 +90,16 @@ continuous : remove sign flips between frames, before scoring."""
 
 def conversion(source: Described, target: Described) -> Callable[[Function], Function]:
     """Replace ``{contract}`` in the docstring of a conversion by its parameters, results and errors."""
-    has_seq = EULER in (source, target)
-    bad_sequence = ", or `seq` is not a sequence" if has_seq else ""
+    options = [(EULER, "seq", _SEQ, "not a sequence"), (SIXD, "layout", _LAYOUT, "neither of the two")]
+    options = [option for option in options if option[0] in (source, target)]
+    bad_options = "".join(f", or `{name}` is {bad}" for _, name, _, bad in options)
+    not_text = "".join(f", or `{name}` is not a string" for _, name, _, _ in options)
     see_also = _CONTINUOUS if target is QUATERNION else ""
     bad_rotation = f", or {source.refused}" if source.refused else ""
     contract = f"""\
 Parameters
 ----------
-{source.given}{_SEQ if has_seq else ""}
+{source.given}{"".join(text for _, _, text, _ in options)}
 
 Returns
 -------
@@ -92,10 +109,10 @@ Returns
 Raises
 ------
 TypeError
-    If `{source.argument}` is not an array of real numbers{", or `seq` is not a string" if has_seq else ""}.
+    If `{source.argument}` is not an array of real numbers{not_text}.
 ValueError
     If the shape is wrong, a value is not finite{bad_rotation} (the message names the first
-    index){bad_sequence}.{see_also}"""
+    index){bad_options}.{see_also}"""
 
     def write(function: Function) -> Function:
         if function.__doc__ is not None:  # `python -OO` removes docstrings

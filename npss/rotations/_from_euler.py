@@ -11,6 +11,7 @@ from npss.rotations._expmap import EXPMAP
 from npss.rotations._forms import convert
 from npss.rotations._matrix import MATRIX
 from npss.rotations._quaternion import QUATERNION
+from npss.rotations._sixd import COLUMNS, Layout, sixd_form
 from npss.validation import Array
 
 
@@ -62,3 +63,19 @@ def euler_to_quaternion(angles: npt.ArrayLike, *, seq: str = H36M) -> Array:
     array([0.7071, 0.    , 0.    , 0.7071])
     """
     return convert("angles", angles, euler_form(seq), QUATERNION)
+
+
+@conversion(_contract.EULER, _contract.SIXD)
+def euler_to_sixd(angles: npt.ArrayLike, *, seq: str = H36M, layout: Layout = COLUMNS) -> Array:
+    """Convert Euler angles to the first two columns of rotation matrices.
+
+    {contract}
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from npss.rotations import euler_to_sixd
+    >>> euler_to_sixd([np.pi / 2, 0, 0], seq="ZYX").round(12) + 0.0
+    array([ 0.,  1.,  0., -1.,  0.,  0.])
+    """
+    return convert("angles", angles, euler_form(seq), sixd_form(layout))

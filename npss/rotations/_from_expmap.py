@@ -14,6 +14,7 @@ from npss.rotations._forms import convert, result_dtype, rotation_array
 from npss.rotations._legacy import legacy_euler
 from npss.rotations._matrix import MATRIX
 from npss.rotations._quaternion import QUATERNION
+from npss.rotations._sixd import COLUMNS, Layout, sixd_form
 from npss.validation import Array
 
 
@@ -120,3 +121,19 @@ def expmap_to_euler(v: npt.ArrayLike, *, seq: str = H36M, legacy: bool = False) 
     out = np.empty(array.shape, result_dtype(array))
     fill("v", array, out, (1, 1), legacy_euler, np.dtype(np.float64))
     return out
+
+
+@conversion(_contract.EXPMAP, _contract.SIXD)
+def expmap_to_sixd(v: npt.ArrayLike, *, layout: Layout = COLUMNS) -> Array:
+    """Convert exponential maps to the first two columns of rotation matrices.
+
+    {contract}
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from npss.rotations import expmap_to_sixd
+    >>> expmap_to_sixd([0, 0, np.pi / 2]).round(12) + 0.0
+    array([ 0.,  1.,  0., -1.,  0.,  0.])
+    """
+    return convert("v", v, EXPMAP, sixd_form(layout))

@@ -11,6 +11,7 @@ from npss.rotations._expmap import EXPMAP
 from npss.rotations._forms import convert
 from npss.rotations._matrix import MATRIX
 from npss.rotations._quaternion import QUATERNION
+from npss.rotations._sixd import COLUMNS, Layout, sixd_form
 from npss.validation import Array
 
 
@@ -58,3 +59,20 @@ def matrix_to_euler(R: npt.ArrayLike, *, seq: str = H36M) -> Array:
     array([0.3, 0.2, 0.1])
     """
     return convert("R", R, MATRIX, euler_form(seq))
+
+
+@conversion(_contract.MATRIX, _contract.SIXD)
+def matrix_to_sixd(R: npt.ArrayLike, *, layout: Layout = COLUMNS) -> Array:
+    """Return the first two columns of rotation matrices.
+
+    {contract}
+
+    Examples
+    --------
+    >>> from npss.rotations import matrix_to_sixd
+    >>> matrix_to_sixd([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    array([ 0.,  1.,  0., -1.,  0.,  0.])
+    >>> matrix_to_sixd([[0, -1, 0], [1, 0, 0], [0, 0, 1]], layout="rows")
+    array([ 0., -1.,  1.,  0.,  0.,  0.])
+    """
+    return convert("R", R, MATRIX, sixd_form(layout))

@@ -11,6 +11,7 @@ from npss.rotations._expmap import EXPMAP
 from npss.rotations._forms import convert
 from npss.rotations._matrix import MATRIX
 from npss.rotations._quaternion import QUATERNION
+from npss.rotations._sixd import COLUMNS, Layout, sixd_form
 from npss.validation import Array
 
 
@@ -59,3 +60,18 @@ def quaternion_to_euler(q: npt.ArrayLike, *, seq: str = H36M) -> Array:
     array([1.5708, 0.    , 0.    ])
     """
     return convert("q", q, QUATERNION, euler_form(seq))
+
+
+@conversion(_contract.QUATERNION, _contract.SIXD)
+def quaternion_to_sixd(q: npt.ArrayLike, *, layout: Layout = COLUMNS) -> Array:
+    """Convert quaternions to the first two columns of rotation matrices.
+
+    {contract}
+
+    Examples
+    --------
+    >>> from npss.rotations import quaternion_to_sixd
+    >>> quaternion_to_sixd([1, 0, 0, 1])
+    array([ 0.,  1.,  0., -1.,  0.,  0.])
+    """
+    return convert("q", q, QUATERNION, sixd_form(layout))

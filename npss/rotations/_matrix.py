@@ -20,13 +20,18 @@ def tolerance(given: np.dtype[Any]) -> float:
 
 
 def read_matrix(columns: Columns, given: np.dtype[Any]) -> Quaternion:
+    """Check that the columns are entries of rotations, and return a quaternion."""
+    require_finite(columns)
+    _require_rotation(columns, tolerance(given))
+    return longest_quaternion(columns)
+
+
+def longest_quaternion(columns: Columns) -> Quaternion:
     """Return the longest of the four multiples of the quaternion that a matrix contains.
 
     They are the rows of four times the outer product of the unit quaternion with itself. The longest has the largest
     diagonal element.
     """
-    require_finite(columns)
-    _require_rotation(columns, tolerance(given))
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = columns
     ww, xx = 1 + r00 + r11 + r22, 1 + r00 - r11 - r22
     yy, zz = 1 - r00 + r11 - r22, 1 - r00 - r11 + r22
@@ -63,14 +68,14 @@ def _require_rotation(columns: Columns, allowed: float) -> None:
     defect = np.zeros_like(columns[0])
     for i, row in enumerate(rows):
         for j in range(i, 3):
-            np.maximum(defect, np.abs(_dot(row, rows[j]) - (i == j)), out=defect)
+            np.maximum(defect, np.abs(dot(row, rows[j]) - (i == j)), out=defect)
     straight = defect <= allowed  # false where a product overflowed
     if not straight.all():
         at = int(np.argmin(straight))
         raise BadRotationError(
             at, f"not a rotation matrix (R @ R.T is {defect[at]:.2g} off the identity, {allowed:g} allowed)"
         )
-    proper = _dot(_cross(rows[0], rows[1]), rows[2]) > 0
+    proper = dot(cross(rows[0], rows[1]), rows[2]) > 0
     if not proper.all():
         raise BadRotationError(int(np.argmin(proper)), "a reflection, not a rotation matrix (determinant -1)")
 
@@ -79,12 +84,14 @@ def _where(condition: Array, yes: Columns, no: Columns) -> Columns:
     return tuple(np.where(condition, a, b) for a, b in zip(yes, no, strict=True))
 
 
-def _dot(a: Columns, b: Columns) -> Array:
+def dot(a: Columns, b: Columns) -> Array:
+    """Return the scalar product of vectors."""
     product: Array = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     return product
 
 
-def _cross(a: Columns, b: Columns) -> Columns:
+def cross(a: Columns, b: Columns) -> Columns:
+    """Return the cross product of vectors."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 

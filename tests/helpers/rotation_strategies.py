@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from npss import rotations
 
 #: Trailing axes of each form.
-FORMS = {"expmap": (3,), "matrix": (3, 3), "quaternion": (4,), "euler": (3,)}
+FORMS = {"expmap": (3,), "matrix": (3, 3), "quaternion": (4,), "sixd": (6,), "euler": (3,)}
 #: Names of the functions' arguments.
-ARGUMENTS = {"expmap": "v", "matrix": "R", "quaternion": "q", "euler": "angles"}
+ARGUMENTS = {"expmap": "v", "matrix": "R", "quaternion": "q", "sixd": "sixd", "euler": "angles"}
 #: ``(source, target)`` of every conversion.
 PAIRS = [(source, target) for source in FORMS for target in FORMS if source != target]
 

@@ -148,6 +148,55 @@ def test_the_root_is_at_its_offset_by_default():
 
 
 @pytest.mark.numeric
+@given(trees(), st.integers(0, 2**32 - 1))
+def test_global_rotations_against_a_walk_up_to_the_root(parents, seed):
+    skeleton = arms(parents, seed)
+    local = Rotation.random(4 * len(parents), random_state=seed).as_matrix().reshape(4, len(parents), 3, 3)
+    turned = skeleton.global_rotations(local)
+    for t in range(4):
+        for joint in range(len(parents)):
+            product, j = np.eye(3), joint
+            while j >= 0:
+                product, j = local[t, j] @ product, parents[j]
+            np.testing.assert_allclose(turned[t, joint], product, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(skeleton.local_rotations(turned), local, rtol=0, atol=1e-14)
+    positions, rotations = skeleton.forward(local)
+    np.testing.assert_array_equal(rotations, turned)
+    np.testing.assert_array_equal(positions, skeleton.positions(local))
+
+
+@pytest.mark.numeric
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1e-3, 0.01, 1 / 2.54, 1000]))
+def test_any_unit(seed, unit):
+    """Positions are in the unit of the offsets, whatever it is; rotations have none."""
+    parents = [-1, 0, 1, 1]
+    skeleton = arms(parents, seed)
+    scaled = Skeleton(skeleton.names, parents, unit * skeleton.offsets)
+    local = Rotation.random(8, random_state=seed).as_matrix().reshape(2, 4, 3, 3)
+    one, other = skeleton.forward(local), scaled.forward(local)
+    np.testing.assert_allclose(other.positions, unit * one.positions, rtol=1e-13, atol=1e-13 * unit)
+    np.testing.assert_array_equal(other.rotations, one.rotations)
+
+
+def test_precisions_of_global_rotations():
+    skeleton = arms([-1, 0, 0])
+    straight = np.tile(np.eye(3), (5, 3, 1, 1))
+    for given_ in (straight, straight.astype(np.float32), straight.astype(int), straight[:0], straight[0]):
+        dtype = np.float32 if given_.dtype == np.float32 else np.float64
+        for got in (skeleton.global_rotations(given_), skeleton.local_rotations(given_)):
+            assert got.dtype == dtype
+            np.testing.assert_array_equal(got, given_)
+            assert not np.shares_memory(got, given_)
+    broken = straight.copy()
+    broken[3, 1, 0, 0] = 2
+    for call, name in ((skeleton.global_rotations, "local"), (skeleton.local_rotations, "turned")):
+        with pytest.raises(ValueError, match=rf"^{name}: not a rotation matrix .* \(3, 1\)"):
+            call(broken)
+        with pytest.raises(ValueError, match=rf"^{name}: expected shape \(..., 3, 3, 3\), got"):
+            call(straight[:, :2])
+
+
+@pytest.mark.numeric
 def test_bones_that_change():
     """Offsets of every frame replace the skeleton's, including that of the root."""
     skeleton = Skeleton(["a", "b"], [-1, 0], [[1, 2, 3], [4, 0, 0]])

@@ -17,7 +17,7 @@ import numpy as np
 
 from npss.files import read_text
 from npss.rotations import euler_to_matrix
-from npss.skeleton import Skeleton
+from npss.skeleton import Forward, Skeleton
 from npss.validation import Float64
 
 #: Most joints of a file, end sites included: no body has as many, and time grows with their square.
@@ -94,8 +94,17 @@ class Bvh:
 
     def positions(self) -> Float64:
         """Compute the positions of the joints, ``(T, J, 3)``, in the unit of the file."""
-        positions: Float64 = self.skeleton.positions(self.rotations, offsets=self.translations)
+        positions: Float64 = self.forward().positions
         return positions
+
+    def global_rotations(self) -> Float64:
+        """Compute the rotations of the joints in the world, ``(T, J, 3, 3)``."""
+        rotations: Float64 = self.skeleton.global_rotations(self.rotations)
+        return rotations
+
+    def forward(self) -> Forward:
+        """Compute the positions and the global rotations of the joints."""
+        return self.skeleton.forward(self.rotations, offsets=self.translations)
 
 
 def read(path: str | os.PathLike[str]) -> Bvh:

@@ -244,6 +244,15 @@ class TestReading:
         expected = [[[1, 2, 3], [4, 2, 3], [6, 2, 3]], [[1, 2, 3], [1, 5, 3], [-1, 5, 3]]]
         assert np.allclose(arm.positions(), expected, rtol=0, atol=1e-12)
 
+    def test_global_rotations_by_hand(self, read):
+        arm = read(ARM)
+        positions, rotations = arm.forward()
+        assert np.array_equal(positions, arm.positions())
+        assert np.array_equal(rotations, arm.global_rotations())
+        assert np.array_equal(rotations[0], [np.eye(3)] * 3)
+        # Along the forearm, the x axis of the elbow and of its end: back along x, as the positions say.
+        assert np.allclose(rotations[1, :, :, 0], [[0, 1, 0], [-1, 0, 0], [-1, 0, 0]], rtol=0, atol=1e-12)
+
     def test_the_order_of_rotations_matters(self, read):
         # About z, then about the turned x: x goes to y, which stays. The other way round it goes on to z.
         bent = ARM.replace("90 0 0 90 90 0", "0 0 0 90 90 0")

@@ -23,7 +23,8 @@ def same_bits(a, b):
 
 def test_public_names():
     assert rotations.__all__ == sorted(
-        [f"{a}_to_{b}" for a, b in PAIRS] + ["continuous", "continuous_euler", "geodesic_angle"]
+        [f"{a}_to_{b}" for a, b in PAIRS]
+        + ["continuous", "continuous_euler", "geodesic_angle", "relative_angle", "slerp"]
     )
 
 
@@ -46,6 +47,7 @@ EXACT = {
     "expmap": [[0, 1, 0], [2, 0, 1], [1, 1, 2]],
     "matrix": [[[0, 0, 1], [1, 0, 0], [0, 1, 0]], np.eye(3), [[0, 1, 0], [0, 0, 1], [1, 0, 0]]],
     "quaternion": [[1, 0, 1, 0], [0, 2, 0, 1], [1, 1, 2, 4]],
+    "sixd": [[0, 1, 0, 0, 0, 1], [2, 1, 0, 0, 1, 3], [1, 1, 2, 1, 0, 0]],
     "euler": [[0, 1, 0], [2, 0, 1], [1, 1, 2]],
 }
 DTYPES = ["i1", "u1", "i4", ">i4", "i8", "f2", ">f2", "f4", ">f4", "f8", ">f8", "g"]
@@ -129,7 +131,10 @@ def test_inputs_are_not_written(source, target):
 @every_pair
 def test_other_precisions_are_computed_in_float64(source, target):
     convert = converter(source, target)
-    whole = np.stack([np.eye(3), np.diag([1, -1, -1])]) if source == "matrix" else np.eye(3, FORMS[source][0])
+    whole = {
+        "matrix": np.stack([np.eye(3), np.diag([1, -1, -1])]),
+        "sixd": np.array([[1.0, 0, 0, 0, 1, 0], [0, 1, 0, 0, 0, 1]]),
+    }.get(source, np.eye(3, FORMS[source][0]))
     expected = convert(whole)
     for dtype in (np.int8, np.int64, np.uint16 if whole.min() == 0 else np.int16, np.float16, np.longdouble):
         assert same_bits(convert(whole.astype(dtype)), expected)
