@@ -26,12 +26,11 @@ from npss.commands._leaderboard import (
 from npss.commands._metrics import add_metrics
 from npss.console._progress import Progress
 from npss.files._formats import listed
-from npss.files._samples import Pair
+from npss.files._samples import Pair, features_of
 from npss.files._write import check_output, write_text_atomically
 from npss.protocol import FPS
 from npss.ranking._render import html_tables, tables
 from npss.ranking._submissions import TRUTH, Submissions, naming, read_submissions, records_of, sample_files
-from npss.rotations._poses import poses_to_euler
 from npss.skeleton import FEATURE_NAMES, H36M, poses_to_positions
 from npss.validation import Array
 
@@ -51,7 +50,11 @@ def add_parser(commands: Any) -> None:
         "Needs pandas and matplotlib (extras pandas and plot).",
     )
     parser.add_argument(
-        "paths", nargs="+", type=Path, metavar="PATH", help=f"{listed('samples')} files of samples, or folders of them"
+        "paths",
+        nargs="+",
+        type=Path,
+        metavar="PATH",
+        help=f"results of models: {listed('samples')} files or folders of .npy files, or a folder of them",
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="write the page to FILE")
     add_protocol(parser)
@@ -90,6 +93,7 @@ def write_report(path: Path, submissions: Submissions, board: Leaderboard) -> No
             of_action = {model: pairs[action] for model, pairs in submissions.items() if action in pairs}
             parts.append(_Action(action, of_action, board))
             progress(done / len(actions))
+    moving = [part for part in parts if part.clips]
     page = report_page(
         title=f"{len(submissions)} models on {', '.join(actions)}",
         boards=html_tables(board.standings, by=board.by),
@@ -98,9 +102,9 @@ def write_report(path: Path, submissions: Submissions, board: Leaderboard) -> No
         parts=[(part.action, part.parts) for part in parts],
         figures=[figure for part in parts for figure in part.figures],
         findings=[finding for part in parts for finding in part.findings],
-        clips={part.action: part.clips for part in parts},
-        fps=FPS,
-        skeleton=H36M,
+        clips={part.action: part.clips for part in moving},
+        fps=moving[0].fps if moving else FPS,
+        skeleton=moving[0].skeleton if moving else H36M,
     )
     write_text_atomically(path, page)
 
@@ -110,9 +114,9 @@ class _Action:
 
     def __init__(self, action: str, pairs: Mapping[str, Pair], board: Leaderboard) -> None:
         self.action = action
-        truth = next(iter(pairs.values())).gt
-        self._gt = poses_to_euler(truth)
-        self._preds = {model: poses_to_euler(pair.pred) for model, pair in pairs.items()}
+        first = next(iter(pairs.values()))
+        self._gt = features_of(first)[0]
+        self._preds = {model: features_of(pair)[1] for model, pair in pairs.items()}
         (table,) = (table for table in tables(board.standings, board.by) if table.action == action)
         best = table.models[0][0]
         self._best = best if best in pairs else next(iter(pairs))  # a method has no predictions of its own
@@ -124,16 +128,26 @@ class _Action:
         meaning = parse_signature(shown.signature)
         self._groups = shown.groups
         self._context = {name: meaning[name] for name in ("representation", "protocol", "unwrap") if name in meaning}
-        options: dict[str, Any] = {"fps": FPS, "convention": meaning["convention"], "feature_names": FEATURE_NAMES}
+        self._is_euler = meaning.get("representation") == "euler"
+        self.fps = float(meaning.get("fps", FPS))
+        meta = first.meta
+        names = FEATURE_NAMES if meta is None else meta.feature_names(self._gt.shape[2])
+        options: dict[str, Any] = {"convention": meaning["convention"], "feature_names": names}
+        options |= {"fps": meaning["fps"]} if "fps" in meaning else {}
         self._options = options | self._context
         self._reports = {model: report(self._gt, pred, **self._options) for model, pred in self._preds.items()}
         self.parts = [f"{model}: {NPSS.heading} {of.score:.4f}, {of.parts}" for model, of in self._reports.items()]
         self.parts.append(next(iter(self._reports.values())).signature)
         self.findings = [(f"{action}, {label}", lines) for label, lines in self._diagnose() if lines]
-        self.clips = {}
-        for label, poses in {TRUTH: truth, **{model: pair.pred for model, pair in pairs.items()}}.items():
-            with naming(label, action):
-                self.clips[label] = poses_to_positions(poses[:_SHOWN])
+        self.clips: dict[str, Array] = {}
+        if meta is not None and (why := meta.not_drawn()):
+            self.findings.append((f"{action}, motion", [f"note: no moving figures: {why}"]))
+        else:
+            motions = {TRUTH: first.gt, **{model: pair.pred for model, pair in pairs.items()}}
+            for label, motion in motions.items():
+                with naming(label, action):
+                    self.clips[label] = (poses_to_positions if meta is None else meta.positions)(motion[:_SHOWN])
+        self.skeleton = H36M if meta is None or not self.clips else meta.skeleton(self.clips[TRUTH])
         self.figures = list(self._draw())
 
     def _diagnose(self) -> Iterator[tuple[str, list[str]]]:
@@ -147,12 +161,14 @@ class _Action:
     def _draw(self) -> Iterator[Figure]:
         from npss import plot  # imported here: matplotlib is slow to import
 
-        if times := [time for time in _STRIP_MS if time * FPS <= 1000 * self._gt.shape[1]]:
+        frames = [(time, time * self.fps / 1000) for time in _STRIP_MS]
+        times = [time for time, frame in frames if frame <= self._gt.shape[1] and frame.is_integer()]
+        if times and self.clips:
             first = {label: positions[0] for label, positions in self.clips.items()}
-            strip = plot.film_strip(first, fps=FPS, at_ms=times, skeleton=H36M)
+            strip = plot.film_strip(first, fps=self.fps, at_ms=times, skeleton=self.skeleton)
             yield self._figure("the first sequence", strip, "At the times of figure 2 of the NPSS paper.")
-        if not moving_pair(self._gt, self._gt)[2].all():  # still sequences have no Euler error
-            errors = plot.errors(self._gt, self._preds, fps=FPS, groups=self._groups, **self._context)
+        if self._is_euler and not moving_pair(self._gt, self._gt)[2].all():  # still sequences have no Euler error
+            errors = plot.errors(self._gt, self._preds, fps=self.fps, groups=self._groups, **self._context)
             yield self._figure(f"{EULER_ERROR.heading} over time", errors, "With pointwise bands over blocks.")
         best = self._reports[self._best]
         if best.score == 0:

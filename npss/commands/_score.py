@@ -20,8 +20,10 @@ from npss.commands._metrics import add_metrics
 from npss.console._tables import markdown_code, markdown_text, table
 from npss.files._arrays import naming_file
 from npss.files._formats import listed
-from npss.files._samples import Pair, add_max_size, converted, read_pair, read_poses
+from npss.files._results import read_results
+from npss.files._samples import Pair, add_max_size, converted, read_pair
 from npss.protocol import FPS, SLICES_MS
+from npss.ranking._submissions import described
 from npss.records import Record, measure, signature_of
 from npss.rotations._unwrap import unwrap
 from npss.validation import motion_pair
@@ -32,8 +34,9 @@ Score a prediction against its ground truth.
   npss score GT PRED      two {array} files, (N, T, D), (T, D) or (N, T, J, C) (with --representation matrix,
                           (N, T, J, 3, 3)); or two {arrays} files, whose arrays pair by name (--key
                           chooses one; single values, text and Python objects are ignored)
-  npss score SAMPLES      one {samples} file of expmap/gt/ACTION_i and expmap/preds/ACTION_i, each (T, 99):
-                          Human3.6M exponential maps at 25 frames per second; also prints the Euler error
+  npss score RESULTS      one {samples} file of CONDITION/gt and CONDITION/pred with a meta, or a folder of
+                          CONDITION_gt.npy and CONDITION_pred.npy; or of expmap/gt/ACTION_i and expmap/preds/ACTION_i,
+                          each (T, 99): Human3.6M exponential maps at 25 frames per second, with the Euler error
 
 Give the files before the options. Without --convention, all three scores are printed (paper, released and literal);
 they are not comparable with each other.
@@ -48,7 +51,7 @@ def add_parser(commands: Any) -> None:
         description=_DESCRIPTION.format(array=listed("array"), arrays=listed("arrays"), samples=listed("samples")),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="GT and PRED, or SAMPLES alone")
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="GT and PRED, or RESULTS alone")
     parser.add_argument("--convention", choices=tuple(CONVENTIONS), help="score by this convention only (default: all)")
     parser.add_argument(
         "--format",
@@ -113,13 +116,16 @@ def _records(options: argparse.Namespace) -> list[Record]:
     fps, samples = options.fps, len(options.files) == 1
     if samples:
         if options.key is not None:
-            raise ValueError(f"--key chooses an array of GT and PRED, but {options.files[0]} is a file of samples")
+            raise ValueError(f"--key chooses an array of GT and PRED, but {options.files[0]} is a file of results")
         if options.expmap or options.representation or fps is not None:
             raise ValueError(
-                f"{options.files[0]}: samples are Human3.6M exponential maps at {FPS} frames per second, converted to "
-                f"Euler angles; leave out --expmap, --representation and --fps"
+                f"{options.files[0]}: a meta states what results are, and samples are Human3.6M exponential maps at "
+                f"{FPS} frames per second, converted to Euler angles; leave out --expmap, --representation and --fps"
             )
-        poses = read_poses(*options.files, max_size=options.max_size)
+        poses = read_results(*options.files, max_size=options.max_size)
+        if poses[0].meta is not None:
+            with naming_file(*options.files):
+                return [_of_results(pair, options, context) for pair in poses]
         with naming_file(*options.files):
             pairs = [converted(pair) for pair in poses]
         fps = FPS
@@ -130,7 +136,7 @@ def _records(options: argparse.Namespace) -> list[Record]:
                 raise ValueError("--representation: --expmap implies euler; leave it out")
             pairs = [converted(pair) for pair in pairs]
     else:
-        raise ValueError(f"expected GT and PRED, or SAMPLES alone, got {len(options.files)} files")
+        raise ValueError(f"expected GT and PRED, or RESULTS alone, got {len(options.files)} files")
     if samples or options.expmap:
         context["representation"] = "euler"
     advice = "; --key NAME scores a single array" if len(pairs) > 1 and not samples else ""
@@ -138,6 +144,13 @@ def _records(options: argparse.Namespace) -> list[Record]:
     return [
         _record(pair, pose, options, fps, samples, context, advice) for pair, pose in zip(pairs, sources, strict=True)
     ]
+
+
+def _of_results(pair: Pair, options: argparse.Namespace, context: dict[str, Value]) -> Record:
+    """Return the record of a condition, which its meta describes."""
+    fps, stated = described(pair, context)
+    is_euler = stated.get("representation") == "euler"
+    return _record(pair, None, options, fps, is_euler and fps is not None, stated, "")
 
 
 def _record(
@@ -152,7 +165,7 @@ def _record(
     n_frames = pair.gt.shape[-2 if pair.gt.ndim == 2 else 1] if pair.gt.ndim > 1 else 0
     times = options.at_ms
     if samples and not times:
-        times = [time for time in SLICES_MS if time * FPS <= n_frames * 1000]
+        times = [time for time in SLICES_MS if time * (fps or FPS) <= n_frames * 1000]
     try:
         record = measure(
             pair.gt,

@@ -13,6 +13,7 @@ import numpy as np
 
 from npss.files._arrays import MAX_SIZE, Arrays, Header, naming_file, read_arrays
 from npss.files._formats import listed, open_arrays, read_array, suffixes
+from npss.files._meta import Meta
 from npss.rotations._poses import POSE, poses_to_euler
 from npss.validation import Array, Float64, check_finite, check_real, is_real_dtype, positive_number, real_array
 
@@ -30,12 +31,18 @@ class Pair(NamedTuple):
         The two motions.
     stored_curve : (T,) ndarray of float64 or None
         The Euler error of each frame, as stored in the file.
+    meta : Meta or None
+        What the motions are; None for poses of Human3.6M or arrays that say nothing of themselves.
+    groups : tuple or None
+        The block of each sequence, if the file states it.
     """
 
     name: str | None
     gt: Array
     pred: Array
     stored_curve: Float64 | None = None
+    meta: Meta | None = None
+    groups: tuple[str | int | None, ...] | None = None
 
 
 def read_pair(gt: Path, pred: Path, *, key: str | None = None, max_size: float = MAX_SIZE) -> list[Pair]:
@@ -66,9 +73,9 @@ def read_pair(gt: Path, pred: Path, *, key: str | None = None, max_size: float =
 
 
 def converted(pair: Pair) -> Pair:
-    """Convert the exponential maps of a pair to Euler angles; errors name the array."""
+    """Convert the exponential maps of a pair to Euler angles, unless it has a meta; errors name the array."""
     try:
-        gt, pred = euler_of(pair)
+        gt, pred = features_of(pair)
     except (TypeError, ValueError) as error:
         if pair.name is None:
             raise
@@ -76,8 +83,10 @@ def converted(pair: Pair) -> Pair:
     return pair._replace(gt=gt, pred=pred)
 
 
-def euler_of(pair: Pair) -> tuple[Float64, Float64]:
-    """Return ground truth and prediction as Euler angles; errors name the motion."""
+def features_of(pair: Pair) -> tuple[Float64, Float64]:
+    """Return both motions as Euler angles, or as they are if the pair has a meta; errors name the motion."""
+    if pair.meta is not None:
+        return pair.gt.astype(np.float64), pair.pred.astype(np.float64)
     angles = []
     for name, poses in (("ground truth", pair.gt), ("prediction", pair.pred)):
         try:

@@ -17,7 +17,9 @@ from npss.console._progress import Progress
 from npss.files._arrays import MAX_SIZE
 from npss.files._formats import FORMATS, listed, suffixes
 from npss.files._json import read_json
-from npss.files._samples import Pair, euler_of, read_poses
+from npss.files._meta import Meta
+from npss.files._results import is_folder_of_results, read_results
+from npss.files._samples import Pair, features_of
 from npss.protocol import BLOCKED, FPS, SLICES_MS, TEST_LENGTHS, window_blocks
 from npss.ranking._names import names_of_paths
 from npss.records import Record, measure
@@ -30,12 +32,13 @@ TRUTH = "ground truth"
 #: Fields that `records_of` itself adds to signatures.
 MEASURED = ("representation", "frames", "fps", "unwrap", "columns", "average")
 
-#: Pairs by model and action: Human3.6M poses, exponential maps at 25 frames per second.
+#: Pairs by model and action, or condition. Without a meta, they are Human3.6M poses, exponential maps at 25 frames per
+#: second.
 Submissions = Mapping[str, Mapping[str, Pair]]
 
 
 def read_submissions(paths: Iterable[Path], *, max_size: float = MAX_SIZE) -> dict[str, dict[str, Pair]]:
-    """Read one file of samples per model; a folder stands for all files in it.
+    """Read the results of each model; a folder stands for all that it holds, unless it holds those of one model.
 
     A model is named after its file ``MODEL.h5``, or its folder in ``MODEL/samples.h5``, with as many folders before it
     as make the name unique. The arrays of one file may take `max_size` GiB of memory.
@@ -55,17 +58,17 @@ def read_submissions(paths: Iterable[Path], *, max_size: float = MAX_SIZE) -> di
 
 
 def sample_files(paths: Iterable[Path]) -> list[Path]:
-    """Return the files of samples at these paths.
+    """Return the results of models at these paths.
 
     Parameters
     ----------
     paths : iterable of Path
-        Files, or folders with files; hidden files do not count.
+        Files or folders of results, or folders with them; hidden files do not count.
 
     Returns
     -------
     list of Path
-        ``MODEL.h5`` or ``MODEL/samples.h5``, in any registered format.
+        ``MODEL.h5`` or ``MODEL/samples.h5``, in any registered format, or a folder MODEL of .npy files.
 
     Raises
     ------
@@ -79,11 +82,12 @@ def sample_files(paths: Iterable[Path]) -> list[Path]:
         if not path.is_dir() and path.suffix not in endings:
             raise ValueError(f"{path}: expected {listed('samples')} samples")
         samples = [path]
-        if path.is_dir():
+        if path.is_dir() and not is_folder_of_results(path):
             visible = [file for file in (*path.iterdir(), *path.glob("*/samples.*")) if not _hidden(file, path)]
-            samples = sorted(file for file in visible if file.suffix in endings and file.is_file())
+            found = (file for file in visible if file.is_file() and file.suffix in endings)
+            samples = sorted((*found, *filter(is_folder_of_results, visible)))
         if not samples:
-            raise ValueError(f"{path}: no samples in it ({listed('samples')})")
+            raise ValueError(f"{path}: no results in it ({listed('samples')}, or folders of .npy files)")
         files += samples
     return files
 
@@ -94,12 +98,12 @@ def _hidden(file: Path, folder: Path) -> bool:
 
 
 def read_actions(file: Path, *, max_size: float = MAX_SIZE) -> dict[str, Pair]:
-    """Read a file of samples, and check that predictions and ground truths have the same shape.
+    """Read the results of a model, and check that predictions and ground truths have the same shape.
 
     Parameters
     ----------
     file : Path
-        The file, ``.h5``, ``.hdf5`` or ``.npz``.
+        The file, ``.h5``, ``.hdf5`` or ``.npz``, or a folder of ``.npy`` files.
     max_size : float, optional
         The most memory that its arrays may take, in GiB.
 
@@ -113,7 +117,7 @@ def read_actions(file: Path, *, max_size: float = MAX_SIZE) -> dict[str, Pair]:
     ValueError
         If it is not such a file, or a prediction has another shape than its ground truth; names the file.
     """
-    pairs = {str(pair.name): pair for pair in read_poses(file, max_size=max_size)}
+    pairs = {str(pair.name): pair for pair in read_results(file, max_size=max_size)}
     for action, pair in pairs.items():
         if pair.gt.shape != pair.pred.shape:
             raise ValueError(
@@ -151,6 +155,8 @@ def check_truths(submissions: Submissions) -> None:
             other, expected = first.setdefault(action, (model, pair))
             if expected.gt.shape != pair.gt.shape:
                 difference = f"shapes {expected.gt.shape} and {pair.gt.shape}"
+            elif differing := _differing(expected.meta, pair.meta):
+                difference = f"{differing} of their meta"
             elif (distance := np.abs(expected.gt - pair.gt).max(axis=(1, 2))).max() > _SAME_POSE:
                 difference = f"by up to {distance.max():.3g}, in sequence {int(distance.argmax())}"
             else:
@@ -159,6 +165,13 @@ def check_truths(submissions: Submissions) -> None:
                 f"{action}: the ground truths of {other!r} and {model!r} differ ({difference}), so they cannot be "
                 "compared"
             )
+
+
+def _differing(one: Meta | None, other: Meta | None) -> str:
+    """Return the name of a field that two models state differently, or nothing."""
+    if one is None or other is None:
+        return "" if one is other else "presence"
+    return next((name for name in ("representation", "fps") if getattr(one, name) != getattr(other, name)), "")
 
 
 def records_of(
@@ -173,12 +186,12 @@ def records_of(
     Parameters
     ----------
     submissions : mapping of str to mapping of str to Pair
-        Pairs by model and action, ``(N, T, 99)`` exponential maps at 25 frames per second.
+        Pairs by model and action: ``(N, T, 99)`` exponential maps at 25 frames per second, or what their meta says.
     metrics : sequence of str, optional
         Names of other metrics to measure by.
     groups : mapping of str to sequence, optional
-        The blocks of the sequences, by action; by default they follow from ``protocol`` and the lengths of the clips,
-        if both are known.
+        The blocks of the sequences, by action; by default those of the file, or else they follow from ``protocol`` and
+        the lengths of the clips, if both are known.
     **context
         Known fields for the signatures, such as ``protocol='srnn-8'``.
 
@@ -190,7 +203,8 @@ def records_of(
     Raises
     ------
     ValueError
-        If a metric is unknown, or the number of sequences is not the number of windows of the protocol.
+        If a metric is unknown, the number of sequences is not the number of windows of the protocol, or a file states
+        another protocol.
     """
     for name in metrics:
         metric_called(name, "metrics")
@@ -198,23 +212,60 @@ def records_of(
     pairs = [(model, action, pair) for model, actions in submissions.items() for action, pair in actions.items()]
     with Progress("scoring") as progress:
         for done, (model, action, pair) in enumerate(pairs, 1):
-            n_frames = pair.gt.shape[1]
             with naming(model, action):
-                measured = measure(
-                    *euler_of(pair),
-                    fps=FPS,
-                    at_ms=[time for time in SLICES_MS if time * FPS <= n_frames * 1000],
-                    metrics=metrics,
-                    poses=(pair.gt, pair.pred),
-                    sequences=True,
-                    groups=groups[action] if groups else known_blocks(context.get("protocol"), action, pair.gt.shape),
-                    representation="euler",
-                    frames=n_frames,
-                    **context,
-                )
+                measured = _measure(pair, action, metrics, groups[action] if groups else pair.groups, context)
             records.append({"model": model, "action": action, **measured})
             progress(done / len(pairs))
     return records
+
+
+def _measure(pair: Pair, action: str, metrics: Sequence[str], groups: Groups, context: Mapping[str, Any]) -> Record:
+    """Measure a pair and its single sequences."""
+    n_frames = pair.gt.shape[1]
+    fps, stated = described(pair, context)
+    is_euler = fps is not None and stated.get("representation") == "euler"
+    return measure(
+        *features_of(pair),
+        fps=fps,
+        at_ms=[time for time in SLICES_MS if time * fps <= n_frames * 1000] if is_euler and fps else (),
+        metrics=metrics,
+        poses=(pair.gt, pair.pred) if pair.meta is None else None,
+        sequences=True,
+        groups=known_blocks(stated.get("protocol"), action, pair.gt.shape) if groups is None else groups,
+        frames=n_frames,
+        **stated,
+    )
+
+
+def described(pair: Pair, context: Mapping[str, Any]) -> tuple[float | None, dict[str, Any]]:
+    """Return the frames per second of a pair, and the other fields of its signature.
+
+    Parameters
+    ----------
+    pair : Pair
+        The pair.
+    context : mapping
+        Fields that the caller states.
+
+    Returns
+    -------
+    fps : float or None
+        Frames per second, if known.
+    context : dict
+        The fields.
+
+    Raises
+    ------
+    ValueError
+        If the caller states another value than the file.
+    """
+    if pair.meta is None:
+        return FPS, {"representation": "euler", **context}
+    own = pair.meta.context()
+    for name in own.keys() & context.keys():
+        if own[name] != context[name]:
+            raise ValueError(f"{name}: the file states {own[name]!r}, not {context[name]!r}")
+    return pair.meta.fps, {**own, **context}
 
 
 def known_blocks(protocol: object, action: str, shape: tuple[int, ...]) -> Groups:

@@ -185,8 +185,8 @@ def broken(tmp_path, poses):
         (tmp_path / f"text{suffix}").write_text("not what its name says\n", encoding="utf-8")
         (tmp_path / f"nothing{suffix}").write_text("", encoding="utf-8")
     (tmp_path / "folder.npy").mkdir()
-    yield ["good.npy"], "expected .h5, .hdf5 or .npz samples"
-    yield ["good.npy", "good.npy", "good.npy"], "expected GT and PRED, or SAMPLES alone, got 3 files"
+    yield ["good.npy"], "expected .h5, .hdf5 or .npz results, or a folder"
+    yield ["good.npy", "good.npy", "good.npy"], "expected GT and PRED, or RESULTS alone, got 3 files"
     yield ["good.npy", "missing.npy"], "missing.npy: No such file"
     yield ["good.npy", "folder.npy"], "folder.npy: expected a file, got a folder"
     yield ["good.npy", "other.npy"], "pred: its shape (1, 10, 3) differs"
@@ -200,7 +200,7 @@ def broken(tmp_path, poses):
     yield ["a.npz", "c.npz"], "unpaired: b, c; choose one by --key NAME"
     yield ["text.h5"], "text.h5: "
     yield ["nothing.h5"], "nothing.h5: "
-    yield ["a.npz"], "a.npz: no arrays expmap/gt/ACTION_i"
+    yield ["a.npz"], "a.npz: a: expected CONDITION/gt, CONDITION/pred and meta, or expmap/gt/ACTION_i"
     yield ["short_curve.npz"], "mean_walking_error has shape (3,), expected (50,)"
     yield ["unpaired.npz"], "walking_1 is not in both"
     yield ["uneven.npz"], "the samples of walking differ in shape"

@@ -100,7 +100,7 @@ def test_has_every_model_moving(page):
 
 def test_errors_are_one_line(capsys, tmp_path):
     assert main(["report", str(tmp_path), "-o", str(tmp_path / "page.html")]) == 2
-    assert "no samples in it" in capsys.readouterr().err
+    assert "no results in it" in capsys.readouterr().err
 
 
 def test_a_page_without_a_folder(capsys, folder, tmp_path):

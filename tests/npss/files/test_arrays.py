@@ -102,7 +102,7 @@ class TestOnlyWhatIsNeeded:
             read_pair(gt, gt, key="text")
         with pytest.raises(ValueError, match="--key chooses an array of a"):
             read_pair(path, path, key="a")
-        assert "is a file of samples" in run(capsys, "score", gt, "--key", "a")[2]
+        assert "is a file of results" in run(capsys, "score", gt, "--key", "a")[2]
 
 
 class TestLinks:

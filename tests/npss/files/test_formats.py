@@ -98,7 +98,7 @@ class TestOnesOwn:
         [
             ('{"expmap/gt/walking_0": [[1], [1, 2]]}', "inhomogeneous"),
             ('{"expmap/gt/a_0": [["x"]], "expmap/preds/a_0": [["x"]]}', "expmap/gt/a_0: expected real numbers"),
-            ('{"motion": [[1]]}', "no arrays expmap/gt/ACTION_i"),
+            ('{"motion": [[1]]}', "motion: expected CONDITION/gt, CONDITION/pred and meta, or expmap/gt/ACTION_i"),
             ("[]", "not a readable .lists file"),
             ("{", "Expecting property name"),
         ],

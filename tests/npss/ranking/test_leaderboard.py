@@ -200,7 +200,7 @@ class TestSources:
                 what()
 
     def test_empty_folders(self, tmp_path):
-        with pytest.raises(ValueError, match="no samples in it"):
+        with pytest.raises(ValueError, match="no results in it"):
             npss.leaderboard(tmp_path)
 
     def test_a_folder_for_each_model(self, folder, board, tmp_path):

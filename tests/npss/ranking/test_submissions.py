@@ -94,7 +94,7 @@ class TestHiddenFiles:
 
     def test_alone_they_are_nothing(self, tmp_path):
         (tmp_path / "._a.npz").write_bytes(b"of macOS")
-        with pytest.raises(ValueError, match="no samples in it"):
+        with pytest.raises(ValueError, match="no results in it"):
             read_submissions([tmp_path])
 
     def test_one_that_is_asked_for_is_read(self, folder):
