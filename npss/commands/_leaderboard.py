@@ -39,6 +39,15 @@ def add_parser(commands: Any) -> None:
     add_protocol(parser)
     add_groups(parser)
     add_metrics(parser)
+    parser.add_argument(
+        "--edges-ms",
+        type=float,
+        nargs="+",
+        default=(),
+        metavar="MS",
+        help="also score files of results in the windows between these edges, in milliseconds: 0 1000 2000 4000 for "
+        "Table 5 of the NPSS paper",
+    )
     add_leaderboard_options(parser)
     parser.set_defaults(run=run)
 
@@ -90,6 +99,18 @@ def add_leaderboard_options(parser: argparse.ArgumentParser) -> None:
         "--by", metavar="COLUMN", help="sort by this column, such as 'NPSS released' (default: the first)"
     )
     parser.add_argument(
+        "--columns",
+        nargs="+",
+        default=(),
+        metavar="COLUMN",
+        help="show only these columns, or those whose names begin so: 'NPSS released' 'Euler error' (default: all)",
+    )
+    parser.add_argument("--wide", action="store_true", help="write a table for each column, with actions side by side")
+    parser.add_argument("--caption", metavar="TEXT", help="begin the captions of LaTeX tables with this text, in LaTeX")
+    parser.add_argument(
+        "--label", metavar="NAME", help="label the first LaTeX table, and the others NAME-2, NAME-3, ..."
+    )
+    parser.add_argument(
         "--method",
         dest="methods",
         nargs="+",
@@ -117,6 +138,7 @@ def run(options: argparse.Namespace) -> None:
         options.paths,
         options,
         metrics=options.metrics,
+        edges_ms=options.edges_ms,
         groups=groups_of(options),
         max_size=options.max_size,
         **context_of(options),
@@ -158,6 +180,7 @@ def leaderboard_of(source: Any, options: argparse.Namespace, **context: Any) -> 
         published=options.published,
         reference=options.reference,
         by=options.by,
+        columns=options.columns,
         methods=methods,
         level=options.level,
         **context,
@@ -172,6 +195,17 @@ def show_leaderboard(board: Leaderboard, options: argparse.Namespace) -> None:
     board : Leaderboard
         The leaderboard.
     options : Namespace
-        The values of the options that `add_leaderboard_options` adds; only ``format`` is used.
+        The values of the options that `add_leaderboard_options` adds.
+
+    Raises
+    ------
+    ValueError
+        If a caption or a label is given for another format than LaTeX, or ``--wide`` for CSV.
     """
-    print(getattr(board, f"to_{options.format}")())
+    latex = {name: getattr(options, name) for name in ("caption", "label") if getattr(options, name) is not None}
+    if latex and options.format != "latex":
+        raise ValueError(f"--{next(iter(latex))}: only with --format latex")
+    if options.wide and options.format == "csv":
+        raise ValueError("--wide: not with --format csv, which has a row for each number")
+    wide = {"wide": True} if options.wide else {}
+    print(getattr(board, f"to_{options.format}")(**wide, **latex))

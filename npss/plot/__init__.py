@@ -10,7 +10,8 @@ from __future__ import annotations
 from npss.plot._contributions import contributions
 from npss.plot._errors import errors
 from npss.plot._film_strip import film_strip
+from npss.plot._models import models
 from npss.plot._sensitivity import sensitivity
 from npss.plot._spectra import spectra
 
-__all__ = ["contributions", "errors", "film_strip", "sensitivity", "spectra"]
+__all__ = ["contributions", "errors", "film_strip", "models", "sensitivity", "spectra"]

@@ -40,8 +40,9 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
     They keep the ranks and marks among all models. Results of computations (``board * 2``, ``board.T``) are plain
     DataFrames.
 
-    The writers ``to_text``, ``to_markdown``, ``to_latex`` and ``to_html`` write a table for each action, sorted by
-    rank, with intervals, marks and signatures; ``to_csv`` writes `tidy`. As in pandas, `buf` is a path or an open file
+    The writers ``to_text``, ``to_markdown``, ``to_latex`` and ``to_html`` write a table for each action (with
+    ``wide=True`` one for each column, with actions side by side), sorted by rank, with intervals, marks and signatures;
+    ``to_csv`` writes `tidy`. As in pandas, `buf` is a path or an open file
     to write to, or None to return text. For the tables of pandas, use ``pd.DataFrame(board)``.
 
     Attributes
@@ -139,7 +140,7 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
             columns=_COLUMNS,
         ).astype(_TYPES)
 
-    def to_text(self, buf: Any = None, *, digits: int | None = None) -> str | None:
+    def to_text(self, buf: Any = None, *, digits: int | None = None, wide: bool = False) -> str | None:
         """Write the leaderboard for a terminal.
 
         Parameters
@@ -148,6 +149,8 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
             The file to write to; by default the text is returned.
         digits : int, optional
             Decimal places; by default those of the metric.
+        wide : bool, optional
+            Write a table for each column, with actions side by side, instead of one for each action.
 
         Returns
         -------
@@ -158,19 +161,41 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
         TypeError, ValueError
             If `buf` is neither, `digits` is not a whole number from 0 on, or a value of the frame was changed.
         """
-        return self._write("to_text", _render.to_text, buf, digits, {})
+        return self._write("to_text", partial(_render.to_text, wide=wide), buf, digits, {})
 
-    def to_markdown(self, buf: Any = None, *, digits: int | None = None, **options: Any) -> str | None:
+    def to_markdown(
+        self, buf: Any = None, *, digits: int | None = None, wide: bool = False, **options: Any
+    ) -> str | None:
         """Write the leaderboard in Markdown; parameters and errors as for `to_text`, without options of pandas."""
-        return self._write("to_markdown", partial(_render.to_text, markdown=True), buf, digits, options)
+        return self._write("to_markdown", partial(_render.to_text, wide=wide, markdown=True), buf, digits, options)
 
-    def to_latex(self, buf: Any = None, *, digits: int | None = None, **options: Any) -> str | None:
-        """Write LaTeX tables, for the package booktabs; parameters and errors as for `to_markdown`."""
-        return self._write("to_latex", _render.to_latex, buf, digits, options)
+    def to_latex(
+        self,
+        buf: Any = None,
+        *,
+        digits: int | None = None,
+        wide: bool = False,
+        caption: str | None = None,
+        label: str | None = None,
+        **options: Any,
+    ) -> str | None:
+        """Write LaTeX tables, for the package booktabs, with at most three lines of notes each.
 
-    def to_html(self, buf: Any = None, *, digits: int | None = None, **options: Any) -> str | None:
+        Parameters and errors as for `to_markdown`; also:
+
+        Parameters
+        ----------
+        caption : str, optional
+            The beginning of each caption, in LaTeX.
+        label : str, optional
+            The label of the first table; those of others end in -2, -3, ...
+        """
+        render = partial(_render.to_latex, wide=wide, caption=caption, label=label)
+        return self._write("to_latex", render, buf, digits, options)
+
+    def to_html(self, buf: Any = None, *, digits: int | None = None, wide: bool = False, **options: Any) -> str | None:
         """Write HTML tables; parameters and errors as for `to_markdown`."""
-        return self._write("to_html", _render.to_html, buf, digits, options)
+        return self._write("to_html", partial(_render.to_html, wide=wide), buf, digits, options)
 
     @renamed(path="path_or_buf")
     def to_csv(self, path_or_buf: Any = None, **options: Any) -> str | None:

@@ -34,7 +34,9 @@ def leaderboard(
     published: bool = False,
     reference: bool = False,
     by: str | None = None,
+    columns: Sequence[str] = (),
     metrics: Sequence[str] = (),
+    edges_ms: Sequence[float] = (),
     groups: Mapping[str, Iterable[Label | None]] | Iterable[Label | None] | None = None,
     methods: Mapping[str, Sequence[str]] | None = None,
     level: float = 0.95,
@@ -60,9 +62,16 @@ def leaderboard(
         Also show the rows of the same meaning that this project measured (`npss.published.reference`); they are marked
         and not ranked, and may be averages over draws.
     by : str, optional
-        The column by which written tables are sorted and show ranks, such as ``'NPSS released'``; by default the first.
+        The column by which written tables are sorted and show ranks, such as ``'NPSS released'``; by default the first,
+        or the first with published or reference rows if they are shown.
+    columns : sequence of str, optional
+        The columns to show, in this order, or the beginnings of their names: ``'NPSS released'`` also stands for its
+        windows, ``'Euler error'`` for all times. By default all.
     metrics : sequence of str, optional
-        Names or headings of other registered metrics, by which files of samples are measured; see `npss.metrics`.
+        Names or headings of other registered metrics, by which files of results are measured; see `npss.metrics`.
+    edges_ms : sequence of float, optional
+        Edges of windows of time, in milliseconds, in which files of results are scored, too, without intervals:
+        ``(0, 1000, 2000, 4000)`` for table 5 of the NPSS paper.
     groups : mapping of str to labels, or labels; optional
         The blocks of the sequences of each action, as for `report`, or of the only action. They replace those that
         records and reports state. Files of samples state none; for them, `protocol='srnn-8'` or `'random-256'` implies
@@ -131,6 +140,9 @@ def leaderboard(
     options: dict[str, Any] = {**context, "extra": own} if own else {**context}
     if others := each("metrics", metrics, "names"):
         options["metrics"] = others
+    if edges := each("edges_ms", edges_ms):
+        options["edges_ms"] = edges
+    shown = each("columns", columns, "names")
     results = _results(source, positive_number("max_size", max_size), options)
     if not results:
         raise ValueError("source: it has nothing to rank")
@@ -146,9 +158,14 @@ def leaderboard(
     if reference:
         beside += _same("reference", results, published_rows.reference())
     results += beside
-    columns = list(dict.fromkeys(result.column for result in results))
-    if by is not None and by not in columns:
-        raise ValueError(f"by: expected one of {', '.join(columns)}; got {by!r}")
+    if shown:
+        results = _chosen(results, shown)
+    names = list(dict.fromkeys(result.column for result in results))
+    if by is not None and by not in names:
+        raise ValueError(f"by: expected one of {', '.join(names)}; got {by!r}")
+    if by is None and beside:
+        of_others = {result.column for result in beside}
+        by = next((name for name in names if name in of_others), None)
     ranked = standings(results, level=level, seed=seed)
     return Leaderboard.of(ranked, notes(ranked, level=level, seed=seed), by=by, level=level)
 
@@ -169,6 +186,20 @@ def _results(source: Any, max_size: float, context: Mapping[str, Any]) -> list[R
     elif not all(isinstance(item, Mapping) for item in items):
         raise TypeError(f"source: expected paths, or records, got {items!r:.200}")
     return [result for record in items for result in results_of_record(record)]
+
+
+def _chosen(results: Sequence[Result], columns: Sequence[str]) -> list[Result]:
+    """Return the results of some columns, in their order; a column is named whole or by its beginning."""
+    chosen: dict[str, None] = {}
+    names = list(dict.fromkeys(result.column for result in results))
+    for column in columns:
+        found = [name for name in names if f"{name} ".startswith(f"{column} ")]
+        if not found:
+            raise ValueError(f"columns: expected some of {', '.join(names)}; got {column!r}")
+        chosen |= dict.fromkeys(found)
+    places = {name: place for place, name in enumerate(chosen)}
+    kept = [result for result in results if result.column in places]
+    return sorted(kept, key=lambda result: places[result.column])
 
 
 def _in_blocks(results: Sequence[Result], groups: Any) -> list[Result]:

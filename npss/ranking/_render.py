@@ -1,4 +1,4 @@
-"""Leaderboards as text, Markdown, LaTeX or HTML: a table per action, models by rank, notes below."""
+"""Leaderboards as text, Markdown, LaTeX or HTML: a table per action or per column, models by rank, notes below."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ _LATEX = {
 }
 
 
-#: Standings by model, kind (published, reference or empty), and column.
+#: Standings by model, kind (published, reference or empty), and column; or action, in the table of a column.
 Cells = dict[tuple[str, str, str], Standing]
 
 
 class Table(NamedTuple):
-    """The table of one action."""
+    """The table of one action, with columns; or of one column, with actions in their place."""
 
     action: str
     columns: dict[str, str]  # columns and their short headings; the notes say the rest
@@ -65,8 +65,13 @@ class Table(NamedTuple):
         return ["" if standing is None else cell(standing) for standing in standings]
 
 
-def tables(standings: Sequence[Standing], by: str | None = None) -> list[Table]:
-    """Sort standings into one table per action, by a column (by the first one if the action lacks it)."""
+def tables(standings: Sequence[Standing], by: str | None = None, *, wide: bool = False) -> list[Table]:
+    """Sort standings into one table per action, by a column (by the first one if the action lacks it).
+
+    If `wide`, into one table per column, with actions side by side, by the first action.
+    """
+    if wide:
+        return [_of_column(standings, column) for column in dict.fromkeys(one.result.column for one in standings)]
     parts = []
     single = len(timed_headings(standings)) == 1
     for action in dict.fromkeys(standing.result.action for standing in standings):
@@ -77,14 +82,29 @@ def tables(standings: Sequence[Standing], by: str | None = None) -> list[Table]:
         chosen = by if by in columns else next(iter(columns))
         cells = {(s.result.model, s.result.kind, s.result.column): s for s in of_action}
 
-        def place(model: tuple[str, str], cells: Cells = cells, by: str = chosen) -> tuple[str, bool, float]:
-            cell = cells.get((*model, by))
-            return model[1], cell is None, math.inf if cell is None else cell.result.loss
-
-        models = sorted(dict.fromkeys(key[:2] for key in cells), key=place)
         signatures = list(dict.fromkeys(result.signature for result in results))
-        parts.append(Table(action, columns, timed, chosen, models, cells, signatures))
+        parts.append(Table(action, columns, timed, chosen, _models(cells, chosen), cells, signatures))
     return parts
+
+
+def _of_column(standings: Sequence[Standing], column: str) -> Table:
+    """Return the table of one column, with actions side by side."""
+    of_column = [standing for standing in standings if standing.result.column == column]
+    cells = {(s.result.model, s.result.kind, s.result.action): s for s in of_column}
+    actions = {standing.result.action: standing.result.action or "all" for standing in of_column}
+    first = next(iter(actions))
+    signatures = list(dict.fromkeys(standing.result.signature for standing in of_column))
+    return Table(column, actions, frozenset(), first, _models(cells, first), cells, signatures)
+
+
+def _models(cells: Cells, by: str) -> list[tuple[str, str]]:
+    """Return models and their kinds: the user's, then published and reference ones, each by a column."""
+
+    def place(model: tuple[str, str]) -> tuple[str, bool, float]:
+        cell = cells.get((*model, by))
+        return model[1], cell is None, math.inf if cell is None else cell.result.loss
+
+    return sorted(dict.fromkeys(key[:2] for key in cells), key=place)
 
 
 def to_text(
@@ -93,6 +113,7 @@ def to_text(
     *,
     by: str | None = None,
     digits: int | None = None,
+    wide: bool = False,
     markdown: bool = False,
 ) -> str:
     """Write the tables as text, the best of a column marked ``*``, or in Markdown, the best in bold."""
@@ -108,9 +129,9 @@ def to_text(
         return value + (f" ({ends})" if ends else "")
 
     parts = []
-    for part in tables(standings, by):
+    for part in tables(standings, by, wide=wide):
         rows = [[part.rank(*model), escaped(_name(*model)), *part.row(*model, cell)] for model in part.models]
-        heading = escaped(f"{part.action or 'all'} (ranked by {part.by})")
+        heading = escaped(f"{part.action or 'all'} (ranked by {part.by or 'all'})")
         parts.append(f"### {heading}" if markdown else heading)
         columns = [escaped(short) for short in part.columns.values()]
         align = "rl" + "r" * len(columns)
@@ -123,9 +144,19 @@ def to_text(
 
 
 def to_latex(
-    standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int | None = None
+    standings: Sequence[Standing],
+    notes: Sequence[str],
+    *,
+    by: str | None = None,
+    digits: int | None = None,
+    wide: bool = False,
+    caption: str | None = None,
+    label: str | None = None,
 ) -> str:
-    """Write the tables in LaTeX, with the package booktabs: the best of a column in bold, intervals below."""
+    """Write the tables in LaTeX, with the package booktabs: the best of a column in bold, intervals below.
+
+    `caption` begins each caption, in LaTeX; `label` is that of the first table, with -2, -3, ... for the others.
+    """
 
     def cell(standing: Standing) -> str:
         value = _value(standing, digits)
@@ -137,25 +168,39 @@ def to_latex(
         return f"{{\\tiny {ends}}}" if ends else ""
 
     parts = ["% needs \\usepackage{booktabs}"]
-    for part in tables(standings, by):
+    before = "" if caption is None else f"{caption} "
+    for number, part in enumerate(tables(standings, by, wide=wide), 1):
         lines = [
             r"\begin{table}",
             r"\centering\footnotesize\setlength{\tabcolsep}{2pt}",
-            f"\\caption{{{_latex(part.action or 'All')}, ranked by {_latex(part.by)}: "
+            f"\\caption{{{before}{_latex(part.action or 'All')}, ranked by {_latex(part.by)}: "
             f"{_latex(direction(higher_headings(part.cells.values())))}, best in bold, "
             f"{_latex(MARK)} significantly worse than the best}}",
         ]
+        if label is not None:
+            lines.append(f"\\label{{{label}{f'-{number}' if number > 1 else ''}}}")
         # NPSS above the Euler error, as papers print them: side by side they are wider than a page.
         for group in (part.only(timed=False), part.only(timed=True)):
             if group.columns:
                 lines += _tabular(group, cell, below)
         lines.append(r"\scriptsize\raggedright")
         lines += [f"\\texttt{{{_latex(signature, breaks=True)}}}\\par" for signature in part.signatures]
-        kinds = list(dict.fromkeys(kind for _, kind in part.models if kind))
-        italic = [f"In italics: {' and '.join(kinds)}."] if kinds else []
-        lines += [*(_latex(line) for line in (*notes, *italic, CITE)), r"\end{table}"]
+        lines += [f"{_latex(line)}\\par" for line in _in_three_lines(part, notes)]
+        lines.append(r"\end{table}")
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
+
+
+def _in_three_lines(part: Table, notes: Sequence[str]) -> list[str]:
+    """Return what a reader must know of a table: what the numbers beside values are, the marks, and the sources."""
+    own = [cell for (_, kind, _), cell in part.cells.items() if not kind]
+    beside = [note for note in notes if note.startswith(("Intervals:", "Range:", "Without intervals:"))]
+    marks = [note for note in notes if note.startswith(MARK)] if any(cell.worse for cell in own) else []
+    kinds = dict.fromkeys(kind for _, kind in part.models if kind)
+    italic = [f"In italics: {' and '.join(kinds)}."] if kinds else []
+    sources = [note for note in notes if note.startswith(tuple(f"{kind.capitalize()} numbers" for kind in kinds))]
+    lines = [" ".join(beside), " ".join(marks), " ".join([*italic, *(sources if kinds else []), CITE])]
+    return [line for line in lines if line]
 
 
 def _tabular(part: Table, cell: Callable[[Standing], str], below: Callable[[Standing], str]) -> list[str]:
@@ -177,17 +222,24 @@ def _tabular(part: Table, cell: Callable[[Standing], str], below: Callable[[Stan
 
 
 def to_html(
-    standings: Sequence[Standing], notes: Sequence[str], *, by: str | None = None, digits: int | None = None
+    standings: Sequence[Standing],
+    notes: Sequence[str],
+    *,
+    by: str | None = None,
+    digits: int | None = None,
+    wide: bool = False,
 ) -> str:
     """Write the tables as an HTML fragment, with signatures and notes below."""
     signatures = dict.fromkeys(standing.result.signature for standing in standings)
     items = "".join(f"<li><code>{html.escape(signature)}</code></li>" for signature in signatures)
     lines = "".join(f"<li>{html.escape(line)}</li>" for line in [*notes, CITE])
     below = f'<ul class="signatures">{items}</ul>\n<ul class="notes">{lines}</ul>'
-    return "\n".join([*html_tables(standings, by=by, digits=digits), below])
+    return "\n".join([*html_tables(standings, by=by, digits=digits, wide=wide), below])
 
 
-def html_tables(standings: Sequence[Standing], *, by: str | None = None, digits: int | None = None) -> list[str]:
+def html_tables(
+    standings: Sequence[Standing], *, by: str | None = None, digits: int | None = None, wide: bool = False
+) -> list[str]:
     """Write each table in HTML, with intervals below the numbers."""
 
     def cell(standing: Standing) -> str:
@@ -198,7 +250,7 @@ def html_tables(standings: Sequence[Standing], *, by: str | None = None, digits:
         return f"<td>{value}{mark}" + (f"<br><small>{interval}</small>" if interval else "") + "</td>"
 
     parts = []
-    for part in tables(standings, by):
+    for part in tables(standings, by, wide=wide):
         heading = "".join(f'<th scope="col">{html.escape(short)}</th>' for short in part.columns.values())
         rows = []
         for model in part.models:
@@ -206,7 +258,7 @@ def html_tables(standings: Sequence[Standing], *, by: str | None = None, digits:
             style = ' class="published"' if model[1] else ""
             name = html.escape(_name(*model))
             rows.append(f'<tr{style}><th scope="row">{name}</th><td>{part.rank(*model)}</td>{cells}</tr>')
-        caption = html.escape(f"{part.action or 'All'}, ranked by {part.by}")
+        caption = html.escape(f"{part.action or 'All'}, ranked by {part.by or 'all'}")
         parts.append(
             f'<table class="board"><caption>{caption}</caption>'
             f'<thead><tr><th scope="col">model</th><th scope="col">rank</th>{heading}</tr></thead>'

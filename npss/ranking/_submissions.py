@@ -178,6 +178,7 @@ def records_of(
     submissions: Submissions,
     *,
     metrics: Sequence[str] = (),
+    edges_ms: Sequence[float] = (),
     groups: Mapping[str, Groups] | None = None,
     **context: Any,
 ) -> list[Record]:
@@ -189,6 +190,8 @@ def records_of(
         Pairs by model and action: ``(N, T, 99)`` exponential maps at 25 frames per second, or what their meta says.
     metrics : sequence of str, optional
         Names of other metrics to measure by.
+    edges_ms : sequence of float, optional
+        Edges of windows of time, in milliseconds, to score, too.
     groups : mapping of str to sequence, optional
         The blocks of the sequences, by action; by default those of the file, or else they follow from ``protocol`` and
         the lengths of the clips, if both are known.
@@ -213,26 +216,29 @@ def records_of(
     with Progress("scoring") as progress:
         for done, (model, action, pair) in enumerate(pairs, 1):
             with naming(model, action):
-                measured = _measure(pair, action, metrics, groups[action] if groups else pair.groups, context)
+                blocks = groups[action] if groups else pair.groups
+                measured = _measure(pair, action, blocks, context, metrics=metrics, edges_ms=edges_ms)
             records.append({"model": model, "action": action, **measured})
             progress(done / len(pairs))
     return records
 
 
-def _measure(pair: Pair, action: str, metrics: Sequence[str], groups: Groups, context: Mapping[str, Any]) -> Record:
+def _measure(pair: Pair, action: str, groups: Groups, context: Mapping[str, Any], **options: Any) -> Record:
     """Measure a pair and its single sequences."""
     n_frames = pair.gt.shape[1]
     fps, stated = described(pair, context)
     is_euler = fps is not None and stated.get("representation") == "euler"
+    gt, pred = features_of(pair)
     return measure(
-        *features_of(pair),
+        gt,
+        pred,
         fps=fps,
         at_ms=[time for time in SLICES_MS if time * fps <= n_frames * 1000] if is_euler and fps else (),
-        metrics=metrics,
         poses=(pair.gt, pair.pred) if pair.meta is None else None,
         sequences=True,
         groups=known_blocks(stated.get("protocol"), action, pair.gt.shape) if groups is None else groups,
         frames=n_frames,
+        **options,
         **stated,
     )
 
@@ -309,7 +315,12 @@ def read_records(path: Path) -> list[Record]:
 
 
 def read_all(
-    paths: Sequence[Path], *, metrics: Sequence[str] = (), max_size: float = MAX_SIZE, **context: Any
+    paths: Sequence[Path],
+    *,
+    metrics: Sequence[str] = (),
+    edges_ms: Sequence[float] = (),
+    max_size: float = MAX_SIZE,
+    **context: Any,
 ) -> list[Record]:
     """Read files of records, and measure files of predictions."""
     records, of_records = [], suffixes("records")
@@ -322,7 +333,8 @@ def read_all(
             records.append(record)
     samples = [path for path in paths if path.suffix not in of_records]
     if not samples:
-        if options := [*context, *(["metrics"] if metrics else [])]:
-            raise ValueError(f"{options[0]}: only for files of samples; records state their own")
+        if options := [*context, *(["metrics"] if metrics else []), *(["edges_ms"] if edges_ms else [])]:
+            raise ValueError(f"{options[0]}: only for files of results; records state their own")
         return records
-    return records + records_of(read_submissions(samples, max_size=max_size), metrics=metrics, **context)
+    submissions = read_submissions(samples, max_size=max_size)
+    return records + records_of(submissions, metrics=metrics, edges_ms=edges_ms, **context)

@@ -18,13 +18,27 @@ SOURCES: Registry[Source] = Registry(
 
 #: Names of the commands' own arguments, which no option of a source can have. A test compares them with the commands.
 RESERVED = (
-    *("action", "actions", "apart", "application", "arguments", "average", "budget", "by", "cache"),
-    *("checkpoint-every", "clip", "clips", "config", "data", "depth", "device", "draws", "extra", "folder", "format"),
+    *("action", "actions", "apart", "application", "arguments", "average", "budget", "by", "cache", "caption"),
+    *(
+        "checkpoint-every",
+        "clip",
+        "clips",
+        "columns",
+        "config",
+        "data",
+        "depth",
+        "device",
+        "draws",
+        "extra",
+        "folder",
+        "format",
+    ),
     *(
         "h",
         "help",
         "hold-out",
         "iterations",
+        "label",
         "layers",
         "level",
         "list",
@@ -50,7 +64,7 @@ RESERVED = (
         "seed",
     ),
     *("seeds", "select", "sequences", "size", "start", "subjects", "tensorboard", "tf32", "threads", "units", "unwrap"),
-    *("validate-every", "validate-on", "whole", "windows", "workers"),
+    *("validate-every", "validate-on", "whole", "wide", "windows", "workers"),
 )
 
 

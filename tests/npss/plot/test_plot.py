@@ -444,18 +444,84 @@ class TestSensitivity:
             npss.plot.sensitivity(rows)
 
 
+class TestModels:
+    def test_it_shows_the_numbers_of_the_leaderboard(self):
+        board = ranked(convention="released")
+        figure = npss.plot.models(board)
+        assert [axes.get_title(loc="left") for axes in figure.axes] == ["walking", "eating"]
+        assert [text.get_text() for text in figure.axes[0].get_yticklabels()] == ["close", "far"]
+        for axes, action in zip(figure.axes, ("walking", "eating"), strict=True):
+            drawn = {tuple(line.get_xdata()): line for line in axes.get_lines()}
+            rows = board.tidy[board.tidy["action"] == action]
+            assert len(drawn) == 2 * len(rows)
+            for row in rows.itertuples():
+                assert (row.low, row.high) in drawn
+                white = to_hex(drawn[(row.value,)].get_markerfacecolor()) == "#ffffff"
+                assert white == row.worse
+        assert board.tidy["worse"].any()
+        written = "\n".join(texts(figure))
+        assert "lower is better" in written
+        assert "Intervals: 95 %" in written
+        assert "Range: the lowest" in written
+        assert "empty: significantly worse" in written
+        for signature in set(board.tidy["signature"]):
+            assert signature in written
+
+    def test_published_rows_stand_beside(self):
+        board = npss.leaderboard(
+            [
+                {
+                    "model": "mine",
+                    "action": "walking",
+                    "npss": {"released": 0.9},
+                    "signature": npss.signature(
+                        "released", representation="euler", frames=100, fps=25, protocol="srnn-8", unwrap="off"
+                    ),
+                }
+            ],
+            published=True,
+        )
+        figure = npss.plot.models(board)
+        assert "VGRU-d (published)" in texts(figure)
+        assert {"yours", "published"} <= set(texts(figure))
+
+    def test_what_is_refused(self):
+        with pytest.raises(TypeError, match=r"^board: expected a leaderboard"):
+            npss.plot.models({"a": 1})
+        with pytest.raises(ValueError, match=r"^column: expected one of NPSS paper, got 'NPSS released'"):
+            npss.plot.models(ranked(), column="NPSS released")
+
+
 GT, PRED = np.random.default_rng(0).normal(size=(2, 5, 40, 3)).cumsum(axis=2)
+
+
+def ranked(names=("close", "far"), **options):
+    """A leaderboard of predictions on two actions, of twelve sequences each."""
+    pytest.importorskip("pandas")
+    rng = np.random.default_rng(0)
+    gt = rng.normal(size=(12, 30, 3)).cumsum(axis=1)
+    preds = {
+        name: gt + size * rng.normal(size=gt.shape).cumsum(axis=1) for name, size in zip(names, (0.1, 2), strict=True)
+    }
+    reports = {
+        name: {"walking": npss.report(gt, pred, **options), "eating": npss.report(gt[:4], pred[:4], **options)}
+        for name, pred in preds.items()
+    }
+    return npss.leaderboard(reports)
+
+
 PICTURES = {
     "spectra": lambda: npss.plot.spectra(GT, PRED, fps=25, convention="literal"),
     "contributions": lambda: npss.plot.contributions(npss.report(GT, PRED)),
     "errors": lambda: npss.plot.errors(GT, {"model": PRED}, fps=25),
+    "models": lambda: npss.plot.models(ranked()),
     "film_strip": lambda: npss.plot.film_strip({"a": GT[:, :4]}, fps=25, at_ms=[40], skeleton=TestFilmStrip.CROSS),
     "sensitivity": lambda: npss.plot.sensitivity(TestSensitivity.ROWS),
 }
 
 
 def test_every_picture_is_here():
-    assert tuple(PICTURES) == ("spectra", "contributions", "errors", "film_strip", "sensitivity")
+    assert tuple(PICTURES) == ("spectra", "contributions", "errors", "models", "film_strip", "sensitivity")
     assert sorted(PICTURES) == npss.plot.__all__
 
 
@@ -534,6 +600,7 @@ def test_names_are_printed_unchanged(motion, motions):
             npss.plot.errors(gt, {HOSTILE: pred}, fps=25),
             npss.plot.spectra(gt, pred, fps=25, names=(HOSTILE, "b"), feature_names=[HOSTILE, *"bcde"]),
             npss.plot.contributions(npss.report(gt, pred, feature_names=[f"{HOSTILE}.x", *"bcde"])),
+            npss.plot.models(ranked((HOSTILE, "b"))),
             npss.plot.film_strip({HOSTILE: motions["model"]}, fps=25, at_ms=(40,), skeleton=TestFilmStrip.CROSS),
             npss.plot.sensitivity([row | {"distortion": HOSTILE} for row in TestSensitivity.ROWS[-2:]]),
         ]

@@ -178,7 +178,7 @@ def test_every_call_of_pandas_is_understood(board, name):
     options = [key for key, one in pandas.parameters.items() if one.kind == one.KEYWORD_ONLY]
     own.bind(board, None, **dict.fromkeys(options))
     if name != "to_csv":
-        for option in options:
+        for option in sorted({*options} - {"caption", "label"} if name == "to_latex" else options):
             with pytest.raises(TypeError, match=rf"^{name}\(\): a leaderboard has no option '{option}'; use pd"):
                 getattr(board, name)(**{option: None})
 

@@ -101,6 +101,75 @@ class TestFrame:
         assert again.to_csv() == board.to_csv()
 
 
+class TestColumns:
+    def test_columns_are_chosen_by_name_or_beginning(self, folder, board):
+        chosen = npss.leaderboard(folder, protocol="mine", columns=["Euler error 400 ms", "NPSS"])
+        assert list(chosen["walking"].columns) == ["Euler error 400 ms", "NPSS paper", "NPSS released", "NPSS literal"]
+        place = ["action", "column", "model"]
+        expected = board.tidy[board.tidy["column"].isin(set(chosen.tidy["column"]))]
+        pd.testing.assert_frame_equal(
+            chosen.tidy.sort_values(place, ignore_index=True), expected.sort_values(place, ignore_index=True)
+        )
+        with pytest.raises(ValueError, match=r"^columns: expected some of NPSS paper, .*; got 'NPSS pap'"):
+            npss.leaderboard(folder, columns=["NPSS pap"])
+        with pytest.raises(ValueError, match=r"^by: expected one of NPSS paper; got 'NPSS released'"):
+            npss.leaderboard(folder, columns=["NPSS paper"], by="NPSS released")
+
+    def test_windows_of_time_are_scored(self, folder, poses):
+        board = npss.leaderboard(folder, columns=["NPSS released"], edges_ms=(0, 1000, 2000))
+        gt, pred = (npss.poses_to_euler(poses[name]) for name in ("gt", "close"))
+        windows = npss.score_windows(gt, pred, fps=25, edges_ms=(0, 1000, 2000), convention="released")
+        assert len(windows) == 2
+        for window, value in windows.items():
+            assert board.loc["close", ("walking", f"NPSS released {window} s")] == value
+
+    def test_windows_are_only_for_files(self, tmp_path):
+        (tmp_path / "records.json").write_text("[]", encoding="utf-8")
+        with pytest.raises(ValueError, match=r"^edges_ms: only for files of results"):
+            npss.leaderboard(tmp_path / "records.json", edges_ms=(0, 1000))
+
+    def test_a_wide_table_has_actions_side_by_side(self, board):
+        text = board.to_text(wide=True)
+        assert text.count("(ranked by eating)") == len(board["walking"].columns)
+        lines = text.splitlines()
+        place = lines.index("NPSS paper (ranked by eating)")
+        assert lines[place + 2].split() == ["rank", "model", "eating", "walking"]
+        row = next(line for line in lines[place:] if " close " in line)
+        for action in ("eating", "walking"):
+            assert f"{board.loc['close', (action, 'NPSS paper')]:.3f}" in row
+        assert "### NPSS paper (ranked by eating)" in board.to_markdown(wide=True)
+        assert "<caption>NPSS paper, ranked by eating</caption>" in board.to_html(wide=True)
+
+    def test_latex_has_a_label_a_caption_and_few_notes(self, board):
+        text = board.to_latex(caption=r"My \emph{results}.", label="tab:mine")
+        assert r"\caption{My \emph{results}. eating, ranked by NPSS paper" in text
+        labels = [line for line in text.splitlines() if line.startswith(r"\label")]
+        assert labels == [r"\label{tab:mine}", r"\label{tab:mine-2}"]
+        for part in text.split(r"\begin{table}")[1:]:
+            notes = part.split(r"\scriptsize\raggedright")[1].splitlines()
+            assert sum(line.endswith(r"\par") and not line.startswith(r"\texttt") for line in notes) <= 3
+            assert "Gopalakrishnan" in part
+        assert r"\label" not in board.to_latex()
+
+    def test_published_rows_choose_the_column_to_sort_by(self):
+        context = {"representation": "euler", "frames": 100, "fps": 25, "protocol": "srnn-8", "unwrap": "off"}
+        signatures = {name: npss.signature(name, **context) for name in ("paper", "released")}
+        records = [
+            {
+                "model": name,
+                "action": "walking",
+                "npss": {"paper": score, "released": 1 - score},
+                "signature": signatures["paper"],
+                "signatures": signatures,
+            }
+            for name, score in (("a", 0.1), ("b", 0.2))
+        ]
+        assert npss.leaderboard(records).by is None
+        board = npss.leaderboard(records, published=True)
+        assert board.by == "NPSS released"
+        assert "Published numbers, not ranked: " in board.to_latex()
+
+
 class TestSources:
     def test_one_file_and_several(self, folder, board):
         one = npss.leaderboard(folder / "close.npz", protocol="mine")
@@ -120,7 +189,7 @@ class TestSources:
         assert board.tidy.set_index(["model", "column"]).loc[("repeat-50", "NPSS paper"), "low"] > 0
         (tmp_path / "records.json").write_text(printed, encoding="utf-8")
         pd.testing.assert_frame_equal(npss.leaderboard(tmp_path / "records.json").tidy, board.tidy)
-        with pytest.raises(ValueError, match="protocol: only for files of samples; records state their own"):
+        with pytest.raises(ValueError, match="protocol: only for files of results; records state their own"):
             npss.leaderboard(tmp_path / "records.json", protocol="srnn-8")
 
         assert baselines(command) == 0  # without --sequences
@@ -480,7 +549,7 @@ class TestWritten:
         lines = board.to_latex().splitlines()
         first = next(i for i, line in enumerate(lines) if "\\textit{" in line)
         assert lines[first - 1] == "\\midrule"
-        assert "In italics: published." in lines
+        assert sum(line.startswith("In italics: published. Published numbers, not ranked: ") for line in lines) == 1
         assert '<tr class="published">' in board.to_html()
 
     def test_html_holds_the_same_numbers_and_escapes_names(self, board):
@@ -615,7 +684,7 @@ class TestReference:
     def test_beside_published_rows_of_the_same_name(self):
         board = npss.leaderboard([self.record()], reference=True, published=True)
         assert {"zero-velocity (reference)", "zero-velocity (published)"} <= set(board.index)
-        assert "In italics: published and reference." in board.to_latex()
+        assert "In italics: published and reference. " in board.to_latex()
         text = board.to_text()
         assert text.index("mine") < text.index("(published)") < text.index("(reference)")
 
