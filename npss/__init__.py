@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from npss._analysis.interval import Interval, Range
     from npss._analysis.report import Report, report
     from npss._metric.accumulator import Accumulator
-    from npss._metric.euler_error import euler_error, euler_error_curve, mse
+    from npss._metric.euler_error import EulerErrorAt, euler_error, euler_error_curve, mse
     from npss._metric.explain import explain
     from npss._metric.parts import Parts
     from npss._metric.signature import METRIC_VERSION, parse_signature, signature
@@ -42,6 +42,7 @@ __all__ = [
     "Comparison",
     "Convention",
     "ConventionName",
+    "EulerErrorAt",
     "Finding",
     "Interval",
     "Leaderboard",
@@ -80,6 +81,7 @@ __all__[:] = [name for name in __all__ if name != "Leaderboard" or find_spec("pa
 _LAZY = {
     "Accumulator": "npss._metric.accumulator",
     "Comparison": "npss._analysis.compare",
+    "EulerErrorAt": "npss._metric.euler_error",
     "Finding": "npss._analysis.diagnose",
     "Interval": "npss._analysis.interval",
     "Leaderboard": "npss.ranking._frame",

@@ -9,15 +9,18 @@ from typing import Any, Literal, get_args
 import torch
 from torchmetrics import Metric
 
+from npss._metric.bound import Normalize, check_normalize
 from npss._metric.convention import CHOICES, Convention, ConventionName, as_convention
 from npss._metric.fields import check_value
-from npss.torch import check_finite_tensor, flat_pair, weighted_sums
+from npss._metric.sequences import Lengths
+from npss.torch import Motion, check_finite_tensor, read_pairs, weighted_sums
 from npss.validation import one_of
 
 __all__ = ["NPSS"]
 
 Policy = Literal["raise", "propagate"]
 _POLICIES: tuple[Policy, ...] = get_args(Policy)
+_ANY = -1  # in place of a number of frames, if the score is normalised
 _LEAST = 1e-290  # float64 loses digits in smaller sums of weights
 
 
@@ -31,6 +34,8 @@ class NPSS(Metric):
     ----------
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `npss.score`.
+    normalize : {'bound'}, optional
+        As for `npss.score`; required for sequences of unequal length, also of different batches.
     representation : str, optional
         As for `npss.score`: ``'matrix'`` has the shape ``(N, T, J, 3, 3)``.
     nan_policy : {'raise', 'propagate'}, optional
@@ -55,8 +60,8 @@ class NPSS(Metric):
     ``set_dtype`` may move them, but keep the dtype. Devices without float64 (MPS) cannot hold them: keep the metric on
     the CPU.
 
-    A third state identifies the sums: the convention, the policy and the number of frames. So metrics that differ in
-    these are never merged, and a ``MetricCollection`` never treats them as the same.
+    A third state identifies the sums: the convention, the policy and the number of frames, or -1 if normalised. So
+    metrics that differ in these are never merged, and a ``MetricCollection`` never treats them as the same.
 
     A batch that ``update`` or ``forward`` (``metric(preds, target)``, which also scores the batch alone) refuses leaves
     the states unchanged.
@@ -92,32 +97,37 @@ class NPSS(Metric):
         self,
         *,
         convention: ConventionName | Convention = "paper",
+        normalize: Normalize = None,
         representation: str | None = None,
         nan_policy: Policy = "raise",
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
         self.convention = as_convention(convention)
+        check_normalize(normalize)
+        self.normalize: Normalize = normalize
         if representation is not None:
             check_value("representation", representation)
         self.representation = representation
         one_of("nan_policy", nan_policy, _POLICIES)
         self.nan_policy = nan_policy
         # First, because older MetricCollections compare only the first state before two metrics share states.
-        self.add_state("kind", self._kind(n_frames=0), dist_reduce_fx=_common_kind)
+        self.add_state("kind", self._kind(0 if normalize is None else _ANY), dist_reduce_fx=_common_kind)
         self.add_state("numerator", torch.zeros((), dtype=torch.float64), dist_reduce_fx="sum")
         self.add_state("denominator", torch.zeros((), dtype=torch.float64), dist_reduce_fx="sum")
 
-    def update(self, preds: torch.Tensor, target: torch.Tensor) -> None:
+    def update(self, preds: Motion, target: Motion, lengths: Lengths = None) -> None:
         """Add a batch.
 
         Parameters
         ----------
-        preds : (N, T, D), (T, D) or (N, T, J, C) tensor
+        preds : (N, T, D), (T, D) or (N, T, J, C) tensor, or list of sequences
             Predictions: float64, float32, float16 or bfloat16, on the metric's device.
         target : tensor
             Ground truth, with the shape and device of `preds` and any of these dtypes. It may have no power if another
             batch has some.
+        lengths : (N,) array_like or tensor of int, optional
+            As for `npss.score`.
 
         Raises
         ------
@@ -126,14 +136,23 @@ class NPSS(Metric):
             differs from earlier batches, or the power of the ground truth is beyond float64 (values of about 1e150),
             which a sum over batches cannot hold.
         """
-        truth, prediction = flat_pair("target", target, "preds", preds, self.representation)
-        kind = _common_kind(torch.stack([self.kind, self._kind(truth.shape[-2]).to(self.kind.device)]))
-        numerator, denominator = weighted_sums(truth.double(), prediction.double(), self.convention, relative=False)
+        pairs = read_pairs(
+            target,
+            preds,
+            names=("target", "preds"),
+            lengths=lengths,
+            normalize=self.normalize,
+            representation=self.representation,
+        )
+        n_frames = pairs.groups[0][0].shape[-2] if self.normalize is None else _ANY
+        kind = _common_kind(torch.stack([self.kind, self._kind(n_frames).to(self.kind.device)]))
+        groups = [(truth.double(), prediction.double()) for truth, prediction in pairs.groups]
+        numerator, denominator = weighted_sums(groups, self.convention, relative=False, normalize=self.normalize)
         if not bool((numerator + denominator).isfinite()):
             if self.nan_policy == "raise":
-                check_finite_tensor("preds", preds)
-                check_finite_tensor("target", target)
-            if bool(preds.isfinite().all() & target.isfinite().all()):
+                check_finite_tensor("preds", pairs.pred)
+                check_finite_tensor("target", pairs.gt)
+            if all(bool(motion.isfinite().all()) for pair in groups for motion in pair):
                 raise ValueError("target: its power is beyond float64; divide all targets by one constant")
             numerator, denominator = numerator * torch.nan, torch.zeros_like(denominator)
         self.numerator = self.numerator + numerator
@@ -159,7 +178,8 @@ class NPSS(Metric):
 
     def extra_repr(self) -> str:
         """Return the arguments, for the printed representation."""
-        return f"{self.convention!r}, nan_policy={self.nan_policy!r}"
+        normalised = "" if self.normalize is None else f", normalize={self.normalize!r}"
+        return f"{self.convention!r}{normalised}, nan_policy={self.nan_policy!r}"
 
     def forward(self, *args: Any, **kwargs: Any) -> Any:
         """Add a batch and return its score; an error leaves the metric unchanged.
@@ -174,7 +194,7 @@ class NPSS(Metric):
             raise
 
     def _kind(self, n_frames: int) -> torch.Tensor:
-        """Return the number of frames and the indices of the convention's choices and of the policy, ``(7,)``."""
+        """Return the number of frames or `_ANY`, and indices of the convention's choices and the policy, ``(7,)``."""
         choices = [CHOICES[field.name].index(getattr(self.convention, field.name)) for field in fields(Convention)]
         return torch.tensor([n_frames, *choices, _POLICIES.index(self.nan_policy)])
 
@@ -192,8 +212,8 @@ def _common_kind(kinds: torch.Tensor) -> torch.Tensor:
     """Return the common kind of ``(M, 7)`` kinds; 0 frames, before the first batch, match any number."""
     common = kinds.amax(0)
     differ = kinds != common
-    differ[:, 0] &= kinds[:, 0] > 0
+    differ[:, 0] &= kinds[:, 0] != 0
     if bool(differ.any()):
-        frames = sorted({int(n) for n in kinds[:, 0]} - {0})
+        frames = ["any" if n == _ANY else n for n in sorted({int(n) for n in kinds[:, 0]} - {0})]
         raise ValueError(f"batches: different conventions, policies or numbers of frames {frames} cannot be merged")
     return common

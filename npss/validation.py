@@ -240,17 +240,21 @@ def motion_shape(name: str, shape: tuple[int, ...], representation: object = Non
 
 
 def motion_array(name: str, values: npt.ArrayLike, representation: object = None) -> Array:
-    """Read `values` as motion ``(N, T, D)`` or ``(T, D)``, flattened joint by joint; the caller checks finiteness."""
-    return flattened(motion_with_joints(name, values, representation))
+    """Read `values` as motion ``(N, T, D)`` or ``(T, D)``, flattened joint by joint.
+
+    The caller checks that they are finite, except with joints: an error has the index before flattening.
+    """
+    motion = motion_with_joints(name, values, representation)
+    if motion.ndim > 3:
+        check_finite(name, motion)
+    return flattened(motion)
 
 
 def motion_with_joints(name: str, values: npt.ArrayLike, representation: object = None) -> Array:
-    """Read `values` as motion, without flattening; joints are checked to be finite, so that errors have their index."""
+    """Read `values` as motion, without flattening; the caller checks that they are finite."""
     _refuse_masked(name, values, "for sequences of unequal length, pass lengths=, one for each sequence")
     array = real_array(name, values)
     motion_shape(name, array.shape, representation)
-    if array.ndim > 3:
-        check_finite(name, array)
     return array
 
 
@@ -293,6 +297,9 @@ def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike, representation: object =
     second = motion_with_joints("pred", pred, representation)
     if first.shape != second.shape:
         raise ValueError(f"pred: its shape {second.shape} differs from that of gt, {first.shape}; nothing is broadcast")
+    if first.ndim > 3:
+        check_finite("gt", first)
+        check_finite("pred", second)
     return flattened(first), flattened(second)
 
 

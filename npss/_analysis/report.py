@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -11,14 +12,16 @@ import numpy.typing as npt
 from npss._analysis.blocks import INFERRED, Blocks, Groups, Label, read_groups
 from npss._analysis.fingerprint import fingerprint
 from npss._analysis.interval import Interval, Range, interval, method
-from npss._metric.contributions import contributions
+from npss._metric.bound import Normalize, check_normalize, stated_lengths
+from npss._metric.contributions import Contributions, contributions, normalised_contributions
 from npss._metric.convention import Convention, ConventionName, as_convention
 from npss._metric.fields import Value
 from npss._metric.parts import Parts, parts_of
 from npss._metric.registry import NPSS
+from npss._metric.sequences import Lengths, Motions, read_motions
 from npss._metric.signature import signature, stated_with
 from npss.console._tables import table
-from npss.validation import Float64, Seed, each, motion_pair, positive_number
+from npss.validation import Float64, Seed, each, positive_number
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -175,25 +178,73 @@ class Report:
         return "\n".join(lines)
 
 
+@overload
+def report(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    convention: ConventionName | Convention = ...,
+    lengths: None = ...,
+    normalize: Normalize = ...,
+    fps: float | None = ...,
+    feature_names: Sequence[str] | None = ...,
+    groups: Iterable[Label | None] | None = ...,
+    extra: Mapping[str, Value] | None = ...,
+    **context: Value,
+) -> Report: ...
+@overload
+def report(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    convention: ConventionName | Convention = ...,
+    lengths: npt.ArrayLike,
+    normalize: Literal["bound"],
+    fps: float | None = ...,
+    feature_names: Sequence[str] | None = ...,
+    groups: Iterable[Label | None] | None = ...,
+    extra: Mapping[str, Value] | None = ...,
+    **context: Value,
+) -> Report: ...
+@overload
+def report(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    convention: ConventionName | Convention = ...,
+    lengths: npt.ArrayLike,
+    normalize: None = ...,
+    fps: float | None = ...,
+    feature_names: Sequence[str] | None = ...,
+    groups: Iterable[Label | None] | None = ...,
+    extra: Mapping[str, Value] | None = ...,
+    **context: Value,
+) -> dict[int, Report]: ...
 def report(
     gt: npt.ArrayLike,
     pred: npt.ArrayLike,
     *,
     convention: ConventionName | Convention = "paper",
+    lengths: Lengths = None,
+    normalize: Normalize = None,
     fps: float | None = None,
     feature_names: Sequence[str] | None = None,
     groups: Iterable[Label | None] | None = None,
     extra: Mapping[str, Value] | None = None,
     **context: Value,
-) -> Report:
+) -> Report | dict[int, Report]:
     """Score a prediction, with what the score is made of, the shares of sequences and joints, and its uncertainty.
 
     Parameters
     ----------
-    gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
+    gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like, or list of sequences
         As for `score`.
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `score`.
+    lengths : (N,) array_like of int, optional
+        As for `score`.
+    normalize : {'bound'}, optional
+        As for `score`: distances and weights are divided as its are.
     fps : float, optional
         Frames per second, stated in the signature.
     feature_names : sequence of str, optional
@@ -212,9 +263,10 @@ def report(
 
     Returns
     -------
-    Report
+    Report, or dict of int to Report
         The report. ``print(report)`` shows the score, its interval, its parts, and the shares of joints and
-        sequences.
+        sequences. With `lengths`, or for lists of sequences that differ in length, a dict of reports by T, unless
+        normalised; the sequences of each keep their order.
 
     Raises
     ------
@@ -250,9 +302,10 @@ def report(
     >>> type(report.interval()).__name__  # eight blocks: each sequence is its own
     'Range'
     """
-    truth, prediction = motion_pair(gt, pred, context.get("representation"))
+    check_normalize(normalize)
+    motions = read_motions(gt, pred, lengths=lengths, representation=context.get("representation"))
     chosen = as_convention(convention)
-    n_frames, n_features = truth.shape[-2:]
+    n_features = motions.groups[0].gt.shape[-1]
     if feature_names is None:
         names = [str(i) for i in range(n_features)]
     else:
@@ -261,12 +314,32 @@ def report(
         raise TypeError(f"feature_names: expected text, got {strange[0]!r}")
     if len(names) != n_features:
         raise ValueError(f"feature_names: expected {n_features} names, one for each feature, got {len(names)}: {names}")
-    fields = stated_with(report, context, extra, frames=n_frames)
-    if fps is not None:
-        fields["fps"] = positive_number("fps", fps)
-    meaning = signature(chosen, **fields)
-    labels = read_groups("groups", groups, len(truth) if truth.ndim == 3 else 1)
-    score, emd, weight, form, floor = contributions(truth, prediction, chosen)
+    rate = None if fps is None else positive_number("fps", fps)
+
+    def meaning(*lengths: int) -> str:
+        stated = stated_with(report, context, extra, **stated_lengths(lengths, normalize))
+        return signature(chosen, **stated | ({} if rate is None else {"fps": rate}))
+
+    meaning(0)  # checks the fields before the numbers are computed
+    labels = read_groups("groups", groups, motions.n_sequences)
+    if normalize is not None:
+        whole = normalised_contributions(motions.groups, chosen)
+        lengths_of_all = [group.n_frames for group in motions.groups]
+        return _report(whole, meaning(*lengths_of_all), names, _fingerprints(motions), labels)
+    reports = {}
+    for group in motions.groups:
+        n_frames = group.n_frames
+        where = f" of {n_frames} frames" if motions.by_length else ""
+        numbers = contributions(group.gt, group.pred, chosen, where=where)
+        of_group = None if labels is None else tuple(labels[row] for row in group.rows)
+        reports[n_frames] = _report(numbers, meaning(n_frames), names, fingerprint(group.gt), of_group)
+    return reports if motions.by_length else reports[n_frames]
+
+
+def _report(
+    numbers: Contributions, meaning: str, names: Sequence[str], fingerprints: Float64, labels: Groups
+) -> Report:
+    score, emd, weight, form, floor = numbers
     Blocks(labels, weight.sum(axis=1))  # checks that a block has power
     for columns in (emd, weight, form, floor):
         if columns is not None:
@@ -279,9 +352,16 @@ def report(
         form=form,
         share_floor=floor,
         feature_names=tuple(names),
-        fingerprint=fingerprint(truth),
+        fingerprint=fingerprints,
         groups=labels,
     )
+
+
+def _fingerprints(motions: Motions) -> Float64:
+    """Return the fingerprints of all sequences in their order, ``(N, 1 + PROJECTIONS)``."""
+    order = np.argsort([row for group in motions.groups for row in group.rows])
+    fingerprints: Float64 = np.concatenate([fingerprint(group.gt) for group in motions.groups])[order]
+    return fingerprints
 
 
 def joint_of(feature: str) -> str:

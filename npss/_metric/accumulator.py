@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+import re
+from typing import Any, NamedTuple, Self
 
 import numpy.typing as npt
 
+from npss._metric.bound import Normalize, check_normalize, normalised, stated_lengths
 from npss._metric.convention import Convention, ConventionName, as_convention, convention_name
 from npss._metric.fields import check_value
 from npss._metric.registry import NPSS
-from npss._metric.score import quotient, weighted_sums
+from npss._metric.score import quotient, sums_by_length
+from npss._metric.sequences import Lengths, read_motions
 from npss._metric.signature import METRIC_VERSION, parse_signature, signature
-from npss.validation import motion_pair
 
-_FIELDS = ("signature", "features", "sequences", "numerator", "denominator")
+_PART = ("sequences", "numerator", "denominator")
+_FIELDS = ("signature", "features", *_PART)
+_FIELDS_BY_LENGTH = ("signature", "features", "lengths")
+_CONTRADICTION = "state: its sums and counts contradict each other"
 
 
 class Accumulator:
@@ -27,6 +32,8 @@ class Accumulator:
     ----------
     convention : {'paper', 'released', 'literal'} or Convention, optional
         As for `score`.
+    normalize : {'bound'}, optional
+        As for `score`: batches may then differ in T.
     representation : str, optional
         As for `score`; the signature states it.
 
@@ -55,23 +62,32 @@ class Accumulator:
     True
     """
 
-    def __init__(self, *, convention: ConventionName | Convention = "paper", representation: str | None = None) -> None:
+    def __init__(
+        self,
+        *,
+        convention: ConventionName | Convention = "paper",
+        normalize: Normalize = None,
+        representation: str | None = None,
+    ) -> None:
         self._convention = as_convention(convention)
+        check_normalize(normalize)
+        self._normalize: Normalize = normalize
         if representation is not None:
             check_value("representation", representation)
         self._representation = representation
-        self._shape: tuple[int, int] | None = None  # frames and features; None before the first batch
-        self._sequences = 0
-        self._numerator = 0
-        self._denominator = 0
+        self._features = 0
+        self._by_length = False  # whether lengths were given
+        self._parts: dict[int, _Part] = {}  # by T
 
-    def update(self, gt: npt.ArrayLike, pred: npt.ArrayLike, *, workers: int = 1) -> Self:
+    def update(self, gt: npt.ArrayLike, pred: npt.ArrayLike, *, lengths: Lengths = None, workers: int = 1) -> Self:
         """Add a batch.
 
         Parameters
         ----------
-        gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
-            As for `score`; T and D as in earlier batches.
+        gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like, or list of sequences
+            As for `score`; D as in earlier batches, and T, unless the score is normalised or lengths are given.
+        lengths : (N,) array_like of int, optional
+            As for `score`.
         workers : int, optional
             As for `score`.
 
@@ -86,58 +102,66 @@ class Accumulator:
             As for `score`, except that a batch without power is valid. Also if T or D differ from earlier batches.
             After an error, the accumulator is unchanged.
         """
-        truth, prediction = motion_pair(gt, pred, self._representation)
-        shape = truth.shape[-2:]
-        self._check_shape("gt", shape)
-        numerator, denominator = weighted_sums(truth, prediction, self._convention, workers=workers)
-        self._shape = shape
-        self._sequences += truth.shape[0] if truth.ndim == 3 else 1
-        self._numerator += numerator
-        self._denominator += denominator
+        motions = read_motions(gt, pred, lengths=lengths, representation=self._representation)
+        features = motions.groups[0].gt.shape[-1]
+        by_length = self._by_length or motions.by_length
+        self._check("gt", features, [group.n_frames for group in motions.groups], by_length)
+        sums = sums_by_length(motions, self._convention, workers=workers)
+        self._features = features
+        self._by_length = by_length
+        for group in motions.groups:
+            self._add(group.n_frames, _Part(len(group.rows), *sums[group.n_frames]))
         return self
 
-    def result(self) -> float:
+    def result(self) -> Any:
         """Return the score of all batches.
+
+        Returns
+        -------
+        float, or dict of int to float
+            A dict of scores by T if lengths were given, or a list of sequences that differ in length, unless
+            normalised.
 
         Raises
         ------
         ValueError
             If no batch was added, or the ground truth of none has power.
         """
-        if self._shape is None:
+        if not self._parts:
             raise ValueError("result: the accumulator is empty")
-        return quotient(self._numerator, self._denominator)
+        if self._normalize is not None:
+            return quotient(*normalised({n: part[1:] for n, part in self._parts.items()}, self._convention))
+        if not self._by_length:
+            return quotient(*self._whole[1:])
+        return {n: quotient(*self._parts[n][1:], f" of {n} frames") for n in sorted(self._parts)}
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[Any, Any]:
         """Return the score, its signature and the size of the set.
 
         Returns
         -------
         dict
-            ``npss``, ``sequences``, ``features`` and ``signature``.
+            ``npss``, ``sequences``, ``features`` and ``signature``; by T, if `result` is.
 
         Raises
         ------
         ValueError
             As for `result`.
         """
-        score = self.result()
-        state = self.state()
-        return {"npss": score, **{name: state[name] for name in ("sequences", "features", "signature")}}
+        result = self.result()
+        if not isinstance(result, dict):
+            return self._report(result, sum(part.sequences for part in self._parts.values()), self._stated)
+        return {n: self._report(score, self._parts[n].sequences, {"frames": n}) for n, score in result.items()}
 
     def state(self) -> dict[str, Any]:
         """Return the content of the accumulator, ready for ``json.dumps``; `from_state` reads it.
 
         The two sums are hexadecimal integers, in units of a power of two that the metric version fixes.
         """
-        frames, features = self._shape or (0, 0)
-        return {
-            "signature": signature(self._convention, **self._context, frames=frames),
-            "features": features,
-            "sequences": self._sequences,
-            "numerator": f"{self._numerator:x}",
-            "denominator": f"{self._denominator:x}",
-        }
+        state = {"signature": self._signature(self._stated), "features": self._features}
+        if not self._keeps_lengths:
+            return state | _written(self._whole)
+        return state | {"lengths": {str(n): _written(self._parts[n]) for n in sorted(self._parts)}}
 
     @classmethod
     def from_state(cls, state: dict[str, Any]) -> Self:
@@ -153,29 +177,38 @@ class Accumulator:
         TypeError, ValueError
             If the state is invalid, or from another version of the metric.
         """
-        if not isinstance(state, dict) or sorted(map(str, state)) != sorted(_FIELDS):
+        keys = sorted(map(str, state)) if isinstance(state, dict) else []
+        if keys not in (sorted(_FIELDS), sorted(_FIELDS_BY_LENGTH)):
             raise ValueError(f"state: expected a dict with the keys {', '.join(_FIELDS)}, got {state!r:.80}")
         values = parse_signature(state["signature"])
-        if values["metric"] != NPSS.name or values["version"] != METRIC_VERSION or "frames" not in values:
+        by_length = "lengths" in state
+        if (
+            values["metric"] != NPSS.name
+            or values["version"] != METRIC_VERSION
+            or ("frames" not in values and not by_length)
+        ):
             raise ValueError(
                 f"state: expected the signature of an accumulator of metric version {METRIC_VERSION}, "
                 f"got {state['signature']!r}"
             )
-        accumulator = cls(convention=values["convention"], representation=values.get("representation"))
-        counts = [values["frames"], state["features"], state["sequences"]]
-        if any(isinstance(count, bool) or not isinstance(count, int) or count < 0 for count in counts):
-            raise ValueError(f"state: frames, features and sequences must be whole numbers, got {counts}")
-        try:
-            numerator, denominator = (int(state[name], 16) for name in ("numerator", "denominator"))
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"state: numerator and denominator must be hexadecimal integers ({error})") from error
-        frames, features, sequences = counts
-        if min(numerator, denominator) < 0 or len({count > 0 for count in counts}) > 1 or (numerator and not sequences):
-            raise ValueError("state: its sums and counts contradict each other")
-        accumulator._shape = (frames, features) if frames else None
-        accumulator._sequences = sequences
-        accumulator._numerator = numerator
-        accumulator._denominator = denominator
+        accumulator = cls(
+            **{name: values[name] for name in ("convention", "normalize", "representation") if name in values}
+        )
+        parts = state["lengths"] if by_length else {str(values["frames"]): {name: state[name] for name in _PART}}
+        accumulator._features = _count("features", state["features"])
+        accumulator._by_length = by_length and accumulator._normalize is None
+        if not isinstance(parts, dict):
+            raise ValueError(f"state: expected lengths as a dict, got {parts!r:.80}")
+        for n_frames, part in parts.items():
+            if not re.fullmatch("[0-9]+", str(n_frames)):
+                raise ValueError(f"state: expected a number of frames, got {n_frames!r}")
+            read = _read_part(part)
+            if len({int(n_frames) > 0, accumulator._features > 0, read.sequences > 0}) > 1:
+                raise ValueError(_CONTRADICTION)
+            if read.sequences:
+                accumulator._parts[int(n_frames)] = read
+        if by_length and accumulator.state()["signature"] != state["signature"]:
+            raise ValueError(_CONTRADICTION)
         return accumulator
 
     def __ior__(self, other: Accumulator) -> Self:
@@ -184,44 +217,114 @@ class Accumulator:
         Raises
         ------
         ValueError
-            If its convention, representation, T or D differs.
+            If its convention, normalisation, representation, T or D differs.
         """
         if not isinstance(other, Accumulator):
             return NotImplemented
-        if other._convention != self._convention:
-            ours, theirs = (convention_name(choice) or str(choice) for choice in (self._convention, other._convention))
-            raise ValueError(f"convention: {theirs} cannot be merged into {ours}; their scores are not comparable")
-        if other._representation != self._representation:
-            names = f"{other._representation} cannot be merged into {self._representation}"
-            raise ValueError(f"representation: {names}; their scores are not comparable")
-        if other._shape is not None:
-            self._check_shape("the other accumulator", other._shape)
-            self._shape = other._shape
-        self._sequences += other._sequences
-        self._numerator += other._numerator
-        self._denominator += other._denominator
+        for name in ("convention", "normalize", "representation"):
+            ours, theirs = (getattr(accumulator, f"_{name}") for accumulator in (self, other))
+            if ours != theirs:
+                if name == "convention":
+                    ours, theirs = (convention_name(choice) or str(choice) for choice in (ours, theirs))
+                raise ValueError(f"{name}: {theirs} cannot be merged into {ours}; their scores are not comparable")
+        by_length = self._by_length or other._by_length
+        if other._parts:
+            self._check("the other accumulator", other._features, list(other._parts), by_length)
+            self._features = other._features
+        self._by_length = by_length
+        for n_frames, part in other._parts.items():
+            self._add(n_frames, part)
         return self
 
     def __or__(self, other: Accumulator) -> Accumulator:
         """Return a new accumulator with the content of both."""
         if not isinstance(other, Accumulator):
             return NotImplemented
-        merged = Accumulator(convention=self._convention, representation=self._representation)
+        merged = Accumulator(
+            convention=self._convention, normalize=self._normalize, representation=self._representation
+        )
         merged |= self
         merged |= other
         return merged
 
     def __repr__(self) -> str:
         name = convention_name(self._convention) or self._convention
-        return f"<npss.Accumulator of {self._sequences} sequences, convention {name}>"
+        sequences = sum(part.sequences for part in self._parts.values())
+        return f"<npss.Accumulator of {sequences} sequences, convention {name}>"
 
     @property
-    def _context(self) -> dict[str, Any]:
-        return {} if self._representation is None else {"representation": self._representation}
+    def _keeps_lengths(self) -> bool:
+        return self._by_length or self._normalize is not None
 
-    def _check_shape(self, name: str, shape: tuple[int, ...]) -> None:
-        if self._shape is not None and shape != self._shape:
+    @property
+    def _whole(self) -> _Part:
+        """The only part, of sequences of one length."""
+        return next(iter(self._parts.values()), _Part(0, 0, 0))
+
+    @property
+    def _stated(self) -> dict[str, Any]:
+        """The fields of the signature for the lengths: none for scores by T."""
+        return {} if self._by_length and self._normalize is None else stated_lengths(self._parts, self._normalize)
+
+    def _signature(self, fields: dict[str, Any]) -> str:
+        known: dict[str, Any] = {} if self._representation is None else {"representation": self._representation}
+        return signature(self._convention, **known, **fields)
+
+    def _report(self, score: float, sequences: int, fields: dict[str, Any]) -> dict[str, Any]:
+        return {
+            "npss": score,
+            "sequences": sequences,
+            "features": self._features,
+            "signature": self._signature(fields),
+        }
+
+    def _add(self, n_frames: int, part: _Part) -> None:
+        held = self._parts.get(n_frames, _Part(0, 0, 0))
+        self._parts[n_frames] = _Part(*(ours + theirs for ours, theirs in zip(held, part, strict=True)))
+
+    def _check(self, name: str, features: int, lengths: list[int], by_length: bool) -> None:
+        """Refuse other features, and another length unless lengths are kept apart or scores are normalised."""
+        if not self._parts:
+            return
+        apart = not (by_length or self._normalize) and {*lengths} != {*self._parts}
+        if features != self._features or apart:
+            theirs, ours = ("/".join(map(str, sorted(several))) for several in (lengths, self._parts))
             raise ValueError(
-                f"{name}: {shape[0]} frames of {shape[1]} features; this accumulator holds sequences of "
-                f"{self._shape[0]} frames of {self._shape[1]} features; scores at different T are not comparable"
+                f"{name}: {theirs} frames of {features} features; this accumulator holds sequences of {ours} frames of "
+                f"{self._features} features; scores at different T are not comparable, except by normalize='bound'"
             )
+
+
+class _Part(NamedTuple):
+    """The exact sums of the sequences of one length."""
+
+    sequences: int
+    numerator: int
+    denominator: int
+
+
+def _written(part: _Part) -> dict[str, Any]:
+    return {
+        "sequences": part.sequences,
+        "numerator": f"{part.numerator:x}",
+        "denominator": f"{part.denominator:x}",
+    }
+
+
+def _read_part(part: object) -> _Part:
+    if not isinstance(part, dict) or sorted(map(str, part)) != sorted(_PART):
+        raise ValueError(f"state: expected {', '.join(_PART)} for a number of frames, got {part!r:.80}")
+    sequences = _count("sequences", part["sequences"])
+    try:
+        numerator, denominator = (int(part[name], 16) for name in ("numerator", "denominator"))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"state: numerator and denominator must be hexadecimal integers ({error})") from error
+    if min(numerator, denominator) < 0 or (numerator and not sequences):
+        raise ValueError(_CONTRADICTION)
+    return _Part(sequences, numerator, denominator)
+
+
+def _count(name: str, value: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+        raise ValueError(f"state: frames, features and sequences must be whole numbers, got {value!r} {name}")
+    return value

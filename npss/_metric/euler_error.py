@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import Literal, get_args
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Literal, NamedTuple, get_args, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from npss._metric.exact_sum import UNIT, exact_sum
 from npss._metric.frames import whole_frames
+from npss._metric.sequences import Group, Lengths, read_motions
 from npss.validation import Array, BeyondFloat64Error, Float64, check_finite, each, motion_pair, one_of, positive_number
 
 _BLOCK = 2**16  # values of one array processed at once
@@ -22,6 +23,51 @@ Average = Literal["at", "up-to"]
 MOVES = 1e-4
 
 
+class EulerErrorAt(NamedTuple):
+    """The Euler error at one time, of the sequences that reach it.
+
+    Attributes
+    ----------
+    error : float
+        The error, in radians.
+    sequences : int
+        The number of sequences compared.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import npss
+    >>> gt = np.linspace(0, 1, 25)[:, np.newaxis] * np.ones((2, 1, 3))
+    >>> npss.euler_error(gt, gt, at_ms=[80, 1000], lengths=[10, 25])
+    {80: EulerErrorAt(error=0.0, sequences=2), 1000: EulerErrorAt(error=0.0, sequences=1)}
+    """
+
+    error: float
+    sequences: int
+
+
+@overload
+def euler_error(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    fps: float = ...,
+    at_ms: Sequence[float] = ...,
+    columns: Columns = ...,
+    average: Average = ...,
+    lengths: None = ...,
+) -> dict[float, float]: ...
+@overload
+def euler_error(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    fps: float = ...,
+    at_ms: Sequence[float] = ...,
+    columns: Columns = ...,
+    average: Average = ...,
+    lengths: npt.ArrayLike,
+) -> dict[float, EulerErrorAt]: ...
 def euler_error(
     gt: npt.ArrayLike,
     pred: npt.ArrayLike,
@@ -30,7 +76,8 @@ def euler_error(
     at_ms: Sequence[float] = (80, 160, 320, 400, 560, 1000),
     columns: Columns = "gt",
     average: Average = "at",
-) -> dict[float, float]:
+    lengths: Lengths = None,
+) -> Mapping[float, float | EulerErrorAt]:
     """Return the Euler angle error at given times: the field's "MSE", a mean of norms, not of squares.
 
     The error is the Euclidean norm of the difference of Euler angles in a frame, averaged over sequences.
@@ -38,7 +85,8 @@ def euler_error(
     Parameters
     ----------
     gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
-        Ground truth and prediction: Euler angles in radians. For Human3.6M poses, see `poses_to_euler`.
+        Ground truth and prediction: Euler angles in radians, or a list of sequences, which may differ in length. For
+        Human3.6M poses, see `poses_to_euler`.
     fps : float, optional
         Frames per second.
     at_ms : sequence of float, optional
@@ -49,11 +97,14 @@ def euler_error(
         moves if its standard deviation over the T frames exceeds 1e-4.
     average : {'at', 'up-to'}, optional
         The error at each time, or the average error of all frames up to it.
+    lengths : (N,) array_like of int, optional
+        The number of frames of each sequence that count, as for `score`.
 
     Returns
     -------
-    dict of float to float
-        The error at each time, in radians; whole numbers of milliseconds are ints.
+    dict of float to float, or to EulerErrorAt
+        The error at each time, in radians; whole numbers of milliseconds are ints. With `lengths`, or for lists of
+        sequences that differ in length, the error of the sequences that reach the time, and their number.
 
     Raises
     ------
@@ -84,15 +135,25 @@ def euler_error(
     """
     one_of("average", average, get_args(Average))
     rate = positive_number("fps", fps)
-    truth, prediction = motion_pair(gt, pred)
+    motions = read_motions(gt, pred, lengths=lengths, spectra=False)
     frames: dict[float, int] = {}
     for time in each("at_ms", at_ms):
-        count = whole_frames("at_ms", time, rate, first=1, last=truth.shape[-2])
+        count = whole_frames("at_ms", time, rate, first=1, last=motions.groups[-1].n_frames)
         frames[int(time) if time == int(time) else float(time)] = count
-    curve = _curve(truth, prediction, columns)
-    if average == "at":
-        return {time: float(curve[count - 1]) for time, count in frames.items()}
-    return {time: float(curve[:count].mean()) for time, count in frames.items()}
+    if not motions.by_length:
+        curve = _curve(motions.groups[0].gt, motions.groups[0].pred, columns)
+        if average == "at":
+            return {time: float(curve[count - 1]) for time, count in frames.items()}
+        return {time: float(curve[:count].mean()) for time, count in frames.items()}
+    curves = [curve for group in motions.groups for curve in _curves(group, columns)]
+    return {time: _reached(curves, count, average) for time, count in frames.items()}
+
+
+def _reached(curves: list[Float64], count: int, average: Average) -> EulerErrorAt:
+    """Average the errors of the sequences that have so many frames, in any order."""
+    first = count - 1 if average == "at" else 0
+    errors = [curve[first:count].mean() for curve in curves if len(curve) >= count]
+    return EulerErrorAt(math.fsum(errors) / len(errors), len(errors))
 
 
 def euler_error_curve(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Columns = "gt") -> Float64:
@@ -195,6 +256,13 @@ def moving_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array, n
     return truth, prediction, still
 
 
+def _curves(group: Group, columns: Columns) -> Float64:
+    """Return the errors of sequences of one length, ``(n, T)``."""
+    errors = np.concatenate(list(_errors(group.gt, group.pred, columns, group.rows)))
+    _check_range(errors)
+    return errors
+
+
 def _curve(gt: Array, pred: Array, columns: Columns) -> Float64:
     """Average the errors over sequences, ``(T,)``."""
     n_sequences = len(gt) if gt.ndim == 3 else 1
@@ -210,8 +278,11 @@ def _check_range(errors: Float64) -> None:
         raise BeyondFloat64Error("pred", "its difference from gt is beyond the largest float64")
 
 
-def _errors(gt: Array, pred: Array, columns: Columns) -> Iterator[Float64]:
-    """Yield the errors ``(n, T)`` of one block of sequences after another; infinite where beyond float64."""
+def _errors(gt: Array, pred: Array, columns: Columns, rows: Sequence[int] = ()) -> Iterator[Float64]:
+    """Yield the errors ``(n, T)`` of one block of sequences after another; infinite where beyond float64.
+
+    `rows` are the places of the sequences in the whole set, for errors.
+    """
     one_of("columns", columns, get_args(Columns))
     for top, first, second in pair_blocks(gt, pred):
         with np.errstate(all="ignore"):
@@ -225,8 +296,9 @@ def _errors(gt: Array, pred: Array, columns: Columns) -> Iterator[Float64]:
                 errors = np.ldexp(_norms(first, second, moves), shift)
         still = ~moves.any(axis=1)
         if columns == "gt" and still.any():
+            place = top + int(np.argmax(still))
             raise ValueError(
-                f"gt: no feature of sequence {top + int(np.argmax(still))} moves "
+                f"gt: no feature of sequence {rows[place] if rows else place} moves "
                 f"(standard deviation over its frames > {MOVES:g}), so nothing can be compared"
             )
         yield errors

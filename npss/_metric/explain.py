@@ -39,6 +39,7 @@ _TABLES: dict[str, dict[str, dict[str, tuple[object, ...]]]] = {
             "frames": (100,),
             "protocol": ("srnn-8", "srnn-8-late"),
             "unwrap": ("off",),
+            "normalize": (None,),
             "window": ("0-1", "1-2", "2-4", None),
         },
         "the LaFAN1 in-betweening tables": {
@@ -48,6 +49,7 @@ _TABLES: dict[str, dict[str, dict[str, tuple[object, ...]]]] = {
             "frames": (5, 15, 30, 45),
             "protocol": ("lafan1",),
             "unwrap": ("off",),
+            "normalize": (None,),
             "quaternions": ("continuous",),
         },
     },
@@ -158,7 +160,7 @@ def _compare(values: dict[str, Any], table: str, required: dict[str, tuple[objec
             elif len(_conventions(values)) > 1:
                 subject += " released (only this one of the scores)"
         elif name in values and values[name] not in allowed:
-            choices = " or ".join(str(value) for value in allowed if value is not None)
+            choices = " or ".join(str(value) for value in allowed if value is not None) or "left out"
             differing.append(f"{name} must be {choices}, not {values[name]}")
     if values["version"] != METRIC_VERSION:
         differing.append(f"version must be {METRIC_VERSION}, not {values['version']}")

@@ -80,10 +80,16 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
         ),
         "corruption": Field("corruption of the motion"),
         "draws": Field("predictions averaged", "whole number"),
+        "lengths": Field("predicted frames, if sequences differ: the fewest and the most"),
         "manifold": Field("manifold in which distances are measured"),
         "matches": Field("clips to retrieve"),
         "model": Field("model that projects the motion"),
         "motion": Field("digest of the motion"),
+        "normalize": Field(
+            "unit of the score",
+            "one of",
+            {"bound": "its largest value, T / 2 or 2; the weight is the power / T^2, if it is the power"},
+        ),
         "pairs": Field("pairs of windows", "whole number"),
         "quaternions": Field(
             "signs of quaternions",

@@ -5,24 +5,63 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
+from fractions import Fraction
+from typing import Literal, overload
 
 import numpy.typing as npt
 
+from npss._metric.bound import Normalize, check_normalize, normalised
 from npss._metric.convention import Convention, ConventionName, as_convention
 from npss._metric.exact_sum import exact_sum
 from npss._metric.frames import whole_frames
 from npss._metric.kernel import Block, Tile, blocks, tile
+from npss._metric.sequences import Lengths, Motions, read_motions
 from npss.validation import Array, check_finite, each, is_integer, motion_pair, positive_number, renamed
 
 
+@overload
+def score(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    convention: ConventionName | Convention = ...,
+    lengths: None = ...,
+    normalize: Normalize = ...,
+    representation: str | None = ...,
+    workers: int = ...,
+) -> float: ...
+@overload
+def score(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    convention: ConventionName | Convention = ...,
+    lengths: npt.ArrayLike,
+    normalize: Literal["bound"],
+    representation: str | None = ...,
+    workers: int = ...,
+) -> float: ...
+@overload
+def score(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    convention: ConventionName | Convention = ...,
+    lengths: npt.ArrayLike,
+    normalize: None = ...,
+    representation: str | None = ...,
+    workers: int = ...,
+) -> dict[int, float]: ...
 def score(
     gt: npt.ArrayLike,
     pred: npt.ArrayLike,
     *,
     convention: ConventionName | Convention = "paper",
+    lengths: Lengths = None,
+    normalize: Normalize = None,
     representation: str | None = None,
     workers: int = 1,
-) -> float:
+) -> float | dict[int, float]:
     """Return the NPSS: the power-weighted mean distance between the power spectra of prediction and ground truth.
 
     Lower is better; 0 means that the power spectra are equal, not the motions. A score without its convention,
@@ -33,12 +72,18 @@ def score(
     gt : (N, T, D), (T, D) or (N, T, J, C) array_like
         Ground truth: N sequences of T >= 2 frames of D features (angles in radians, usually), or of J joints with C
         coordinates, which are flattened joint by joint. Arrays and tensors of numpy, torch, jax, ..., in any precision.
-        Pass a single sequence of joints as ``x[None]``: three axes are always ``(N, T, D)``.
+        Pass a single sequence of joints as ``x[None]``: three axes are always ``(N, T, D)``. Or a list of N sequences
+        ``(T, D)`` or ``(T, J, C)``, which may differ in length.
     pred : array_like
         Prediction, of the same shape as `gt`.
     convention : {'paper', 'released', 'literal'} or Convention, optional
         The definition of the metric: the paper's text (default), its released code (used in published tables), its
         equations as printed, or choices of your own.
+    lengths : (N,) array_like of int, optional
+        The number of frames of each sequence that count, of gt and prediction: later ones are padding, and may be NaN.
+    normalize : {'bound'}, optional
+        Give one number for sequences of different lengths: distances are divided by their largest value, T / 2
+        (``'literal'``: 2), and weights by T^2 (``'literal'``: 1). The signature states it.
     representation : str, optional
         What the features are. For ``'matrix'``, rotation matrices, an array with joints is ``(N, T, J, 3, 3)``; other
         representations do not change how an array is read.
@@ -48,8 +93,10 @@ def score(
 
     Returns
     -------
-    float
-        At least 0; at most T / 2 (`'paper'`) or 2 (`'literal'`). Scores at different T are not comparable.
+    float, or dict of int to float
+        At least 0; at most T / 2 (`'paper'`) or 2 (`'literal'`), and 1 if normalised. Scores at different T are not
+        comparable: with `lengths`, or for lists of sequences that differ in length, a dict of scores by T, unless
+        normalised.
 
     Raises
     ------
@@ -86,9 +133,21 @@ def score(
     0.0
     >>> round(npss.score(gt, np.cos(2 * np.pi * 1.25 * t) * [1, 1]), 3)
     2.0
+    >>> short, long = np.cos(2 * np.pi * 1.25 * t[:40]), np.cos(2 * np.pi * 2 * t)
+    >>> npss.score([short, long], [short, long])
+    {40: 0.0, 100: 0.0}
+    >>> npss.score([short, long], [short, 0 * long], normalize="bound")
+    0.5
     """
-    truth, prediction = motion_pair(gt, pred, representation)
-    return quotient(*weighted_sums(truth, prediction, as_convention(convention), workers=workers))
+    choices = as_convention(convention)
+    check_normalize(normalize)
+    motions = read_motions(gt, pred, lengths=lengths, representation=representation)
+    sums = sums_by_length(motions, choices, workers=workers)
+    if normalize is not None:
+        return quotient(*normalised(sums, choices))
+    if not motions.by_length:
+        return quotient(*next(iter(sums.values())))
+    return {n_frames: quotient(*both, f" of {n_frames} frames") for n_frames, both in sums.items()}
 
 
 @renamed(edges_s="edges_ms")
@@ -167,6 +226,13 @@ def score_windows(
     return scores
 
 
+def sums_by_length(motions: Motions, convention: Convention, *, workers: int = 1) -> dict[int, tuple[int, int]]:
+    """Return the exact sums of the sequences of each length, by T."""
+    return {
+        group.n_frames: weighted_sums(group.gt, group.pred, convention, workers=workers) for group in motions.groups
+    }
+
+
 def weighted_sums(
     gt: Array,
     pred: Array,
@@ -220,8 +286,8 @@ def n_workers(workers: object) -> int:
     return threads
 
 
-def quotient(numerator: int, denominator: int, where: str = "") -> float:
+def quotient(numerator: int | Fraction, denominator: int | Fraction, where: str = "") -> float:
     """Return the weighted mean, correctly rounded, or raise a ValueError if the weights are 0."""
     if denominator == 0:
         raise ValueError(f"gt: no power in any feature of any sequence{where}, so there is nothing to score")
-    return numerator / denominator
+    return float(numerator / denominator)

@@ -189,8 +189,10 @@ def stated_with(
     Raises
     ------
     TypeError
-        As for `check_names`.
+        As for `check_names`; also if `context` states how the number is normalised, which `call` does not do.
     """
+    for name in {"lengths", "normalize"} & set(context):
+        raise TypeError(f"{name}: {call.__name__} does not normalise scores; leave it out")
     return {**known, **context, "extra": check_names(call, context, extra, known)}
 
 

@@ -612,3 +612,128 @@ def test_lightning_in_mixed_precision(make, tmp_path):
     trainer.fit(model, batches)
     assert dtypes == {(torch.float32, torch.bfloat16)}
     assert np.isfinite(trainer.callback_metrics["npss"].item())
+
+
+# --- sequences of unequal length --------------------------------------------------------------------------------------
+
+LENGTHS = [6, 3, 6, 4]
+
+
+def ragged(seed=0, dtype=torch.float64, axes=(3,)):
+    """Return padded tensors, with NaN beyond the lengths, and the same as lists."""
+    padded = tensors(noise(seed, (len(LENGTHS), 6, *axes)), dtype)
+    lists = [[motion[:n].clone() for motion, n in zip(motions, LENGTHS, strict=True)] for motions in padded]
+    for motions in padded:
+        for motion, n in zip(motions, LENGTHS, strict=True):
+            motion[n:] = torch.nan
+    return padded, lists
+
+
+@pytest.mark.parametrize("convention", EVERY_CONVENTION)
+def test_unequal_lengths(make, convention):
+    padded, lists = ragged()
+    expected = npss.score(*padded, lengths=LENGTHS, convention=convention, normalize="bound")
+    options = {"convention": convention, "normalize": "bound"}
+    values = [
+        npss.torch.score(*padded, lengths=LENGTHS, **options),
+        npss.torch.score(*padded, lengths=torch.tensor(LENGTHS), **options),
+        npss.torch.score(*lists, **options),
+        npss.torch.score(padded[0], tuple(lists[1]), lengths=LENGTHS, **options),
+    ]
+    at_once, in_turn = make(**options), make(**options)
+    at_once.update(padded[1], padded[0], lengths=LENGTHS)
+    for truth, prediction in zip(*lists, strict=True):
+        in_turn.update(preds=prediction, target=truth)
+    values += [at_once.compute(), in_turn.compute()]
+    at_once.merge_state(in_turn)
+    values += [at_once.compute(), at_once(padded[1], padded[0], lengths=LENGTHS)]
+    assert [value.item() for value in values] == pytest.approx([expected] * len(values), rel=1e-12)
+
+
+def test_joints_of_unequal_lengths_in_single_precision():
+    for axes, options in (((4, 5), {}), ((2, 3, 3), {"representation": "matrix"})):
+        padded, lists = ragged(dtype=torch.float32, axes=axes)
+        options |= {"normalize": "bound"}
+        expected = npss.score(*padded, lengths=LENGTHS, **options)
+        for value in (
+            npss.torch.score(*padded, lengths=LENGTHS, **options),
+            npss.torch.score(*([motion * 1e30 for motion in motions] for motions in lists), **options),
+        ):
+            assert value.item() == pytest.approx(expected, rel=1e-4)
+
+
+def test_gradients_of_unequal_lengths_are_finite_and_end_with_the_sequence():
+    padded, _ = ragged()
+    pred = padded[1].requires_grad_()
+    npss.torch.score(padded[0], pred, lengths=LENGTHS, normalize="bound").backward()
+    for gradient, n in zip(pred.grad, LENGTHS, strict=True):
+        assert gradient[:n].isfinite().all()
+        assert gradient[:n].any()
+        assert not gradient[n:].any()
+
+
+def test_equal_lengths_and_the_plain_score(make):
+    gt, pred = tensors(noise(shape=(3, 8, 2)))
+    plain = npss.torch.score(gt[:, :6], pred[:, :6])
+    assert npss.torch.score(gt, pred, lengths=[6, 6, 6]).item() == pytest.approx(plain.item(), rel=1e-14)
+    assert npss.torch.score(list(gt[:, :6]), list(pred[:, :6])).item() == pytest.approx(plain.item(), rel=1e-14)
+    normalised = npss.torch.score(gt[:, :6], pred[:, :6], normalize="bound")
+    assert normalised.item() == pytest.approx(plain.item() / 3, rel=1e-14)
+    metric = make()
+    metric.update(pred, gt, lengths=[6, 6, 6])
+    assert metric.compute().item() == pytest.approx(plain.item(), rel=1e-14)
+
+
+def test_unequal_lengths_require_normalisation(make):
+    padded, lists = ragged()
+    refused = r"^normalize: expected 'bound' for sequences of 3 to 6 frames, whose scores are not comparable, got None"
+    for call in (
+        lambda: npss.torch.score(*padded, lengths=LENGTHS),
+        lambda: npss.torch.score(*lists),
+        lambda: make().update(padded[1], padded[0], lengths=LENGTHS),
+    ):
+        with pytest.raises(ValueError, match=refused):
+            call()
+    for call in (lambda: npss.torch.score(GOOD, GOOD, normalize="Bound"), lambda: make(normalize="Bound")):
+        with pytest.raises(ValueError, match=r"^normalize: expected one of bound"):
+            call()
+    normalised, plain = make(normalize="bound"), filled(make(), lists[0][0], lists[1][0])
+    assert "normalize='bound'" in repr(normalised)
+    for fresh in (normalised, filled(make(normalize="bound"), lists[0][0], lists[1][0])):
+        with pytest.raises(ValueError, match=r"^batches: different conventions, policies or numbers of frames \['any'"):
+            copy.deepcopy(plain).merge_state(fresh)
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"lengths": [6, 3]}, ValueError, "lengths: expected one for each of 4 sequences"),
+        ({"lengths": [6, 3, 7, 4]}, ValueError, "lengths: 7 at 2; expected a number of frames from 1 to 6"),
+        ({"lengths": [6, 1, 6, 4]}, ValueError, "gt: one frame in sequence 1"),
+        ({"gt": [], "pred": []}, ValueError, "gt: no sequences"),
+        ({"gt": [np.ones((6, 3))]}, TypeError, "gt: sequence 0: expected a torch tensor, got ndarray"),
+        ({"gt": [torch.ones(6)]}, ValueError, r"gt: sequence 0: expected shape"),
+        ({"gt": [torch.ones(6, 3), torch.ones(6, 2)] * 2}, ValueError, "pred: sequence 1: its shape"),
+        ({"gt": [torch.ones(6, 3)]}, ValueError, "pred: 4 sequences, but gt has 1"),
+        ({"gt": torch.ones(4, 5, 3), "lengths": None}, ValueError, "pred: its shape"),
+    ],
+)
+def test_invalid_sequences(change, error, message):
+    gt, pred = tensors(noise(shape=(4, 6, 3)))
+    options = {"gt": gt, "pred": pred, "lengths": LENGTHS, **change}
+    with pytest.raises(error, match=f"^{message}"):
+        npss.torch.score(**options, normalize="bound")
+
+
+def test_values_of_sequences_that_are_not_finite(make):
+    padded, _ = ragged()
+    padded[1][1, 2, 0] = torch.inf
+    careful, tolerant = make(normalize="bound"), make(normalize="bound", nan_policy="propagate")
+    for call in (
+        lambda: npss.torch.score(*padded, lengths=LENGTHS, normalize="bound"),
+        lambda: careful.update(padded[1], padded[0], lengths=LENGTHS),
+    ):
+        with pytest.raises(ValueError, match=r"^preds?: inf at index \(1, 2, 0\)"):
+            call()
+    tolerant.update(padded[1], padded[0], lengths=LENGTHS)
+    assert tolerant.compute().isnan()
