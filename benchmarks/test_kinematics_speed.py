@@ -59,9 +59,9 @@ def times():
     R = quaternion_to_matrix(q[:COUNT])
     sixd = matrix_to_sixd(R)
     local = R.reshape(FRAMES, 32, 3, 3)
-    chain = Slerp(np.arange(COUNT + 1), Rotation.from_quat(q, scalar_first=True))
+    chain = Slerp(np.arange(COUNT + 1), Rotation.from_quat(np.roll(q, -1, axis=-1)))
     middle = np.arange(COUNT) + 0.25
-    first, second = (Rotation.from_quat(x, scalar_first=True) for x in (q[:-1], q[1:]))
+    first, second = (Rotation.from_quat(np.roll(x, -1, axis=-1)) for x in (q[:-1], q[1:]))
     calls = {
         ("slerp", "npss"): lambda: slerp(q[:-1], q[1:], 0.25),
         ("slerp", "scipy"): lambda: chain(middle).as_quat(),

@@ -25,8 +25,12 @@ if TYPE_CHECKING:
     from npss._metric.accumulator import Accumulator
     from npss._metric.euler_error import EulerErrorAt, euler_error, euler_error_curve, mse
     from npss._metric.explain import explain
+    from npss._metric.foot_skating import height_weighted_foot_skating
     from npss._metric.parts import Parts
+    from npss._metric.position_error import position_error, position_error_curve, root_error, trajectory_error
+    from npss._metric.rotation_error import rotation_error
     from npss._metric.signature import METRIC_VERSION, parse_signature, signature
+    from npss._metric.spectrum import spectrum_divergence, spectrum_entropy
     from npss._metric.speed import speed_ratio
     from npss.ranking._frame import Leaderboard
     from npss.ranking._leaderboard import leaderboard
@@ -55,23 +59,31 @@ __all__ = [
     "euler_error",
     "euler_error_curve",
     "explain",
+    "height_weighted_foot_skating",
     "leaderboard",
     "metrics",
     "mse",
     "parse_signature",
     "plot",
     "poses_to_euler",
+    "position_error",
+    "position_error_curve",
     "protocol",
     "published",
     "records",
     "report",
+    "root_error",
+    "rotation_error",
     "rotations",
     "score",
     "score_windows",
     "signature",
     "skeleton",
+    "spectrum_divergence",
+    "spectrum_entropy",
     "speed_ratio",
     "study",
+    "trajectory_error",
     "unwrap",
 ]
 # `from npss import *` must work without pandas.
@@ -94,21 +106,29 @@ _LAZY = {
     "euler_error": "npss._metric.euler_error",
     "euler_error_curve": "npss._metric.euler_error",
     "explain": "npss._metric.explain",
+    "height_weighted_foot_skating": "npss._metric.foot_skating",
     "leaderboard": "npss.ranking._leaderboard",
     "metrics": "npss.metrics",
     "mse": "npss._metric.euler_error",
     "parse_signature": "npss._metric.signature",
     "plot": "npss.plot",
     "poses_to_euler": "npss.rotations._poses",
+    "position_error": "npss._metric.position_error",
+    "position_error_curve": "npss._metric.position_error",
     "protocol": "npss.protocol",
     "published": "npss.published",
     "records": "npss.records",
     "report": "npss._analysis.report",
+    "root_error": "npss._metric.position_error",
+    "rotation_error": "npss._metric.rotation_error",
     "rotations": "npss.rotations",
     "signature": "npss._metric.signature",
     "skeleton": "npss.skeleton",
+    "spectrum_divergence": "npss._metric.spectrum",
+    "spectrum_entropy": "npss._metric.spectrum",
     "speed_ratio": "npss._metric.speed",
     "study": "npss.study",
+    "trajectory_error": "npss._metric.position_error",
     "unwrap": "npss.rotations._unwrap",
 }
 

@@ -10,15 +10,17 @@ import numpy as np
 import numpy.typing as npt
 
 from npss._metric.exact_sum import UNIT, exact_sum
-from npss._metric.frames import whole_frames
 from npss._metric.sequences import Group, Lengths, read_motions
-from npss.validation import Array, BeyondFloat64Error, Float64, check_finite, each, motion_pair, one_of, positive_number
+from npss._metric.times import Average, check_average, errors_at, frames_at
+from npss.validation import Array, BeyondFloat64Error, Float64, check_finite, motion_pair, one_of
 
 _BLOCK = 2**16  # values of one array processed at once
-#: The features to compare: those that move in the ground truth, those that move in the prediction, or all.
-Columns = Literal["gt", "pred", "all"]
-#: The error at a time, or the mean up to it.
-Average = Literal["at", "up-to"]
+#: The features to compare: those that move in the ground truth, in the prediction, or in the whole set; or all.
+Columns = Literal["gt", "pred", "set", "all"]
+#: What a sequence without a feature to compare is: an error, or a sequence whose error is zero.
+Still = Literal["error", "zero"]
+#: Which features are compared, ``(D,)``.
+Mask = npt.NDArray[np.bool_]
 #: A feature moves if its standard deviation over the frames of a sequence exceeds this.
 MOVES = 1e-4
 
@@ -55,6 +57,7 @@ def euler_error(
     at_ms: Sequence[float] = ...,
     columns: Columns = ...,
     average: Average = ...,
+    still: Still = ...,
     lengths: None = ...,
 ) -> dict[float, float]: ...
 @overload
@@ -66,6 +69,7 @@ def euler_error(
     at_ms: Sequence[float] = ...,
     columns: Columns = ...,
     average: Average = ...,
+    still: Still = ...,
     lengths: npt.ArrayLike,
 ) -> dict[float, EulerErrorAt]: ...
 def euler_error(
@@ -76,6 +80,7 @@ def euler_error(
     at_ms: Sequence[float] = (80, 160, 320, 400, 560, 1000),
     columns: Columns = "gt",
     average: Average = "at",
+    still: Still = "error",
     lengths: Lengths = None,
 ) -> Mapping[float, float | EulerErrorAt]:
     """Return the Euler angle error at given times: the field's "MSE", a mean of norms, not of squares.
@@ -91,12 +96,15 @@ def euler_error(
         Frames per second.
     at_ms : sequence of float, optional
         Times in milliseconds after the last seed frame: at 25 frames per second, 80 ms is the second predicted frame.
-    columns : {'gt', 'pred', 'all'}, optional
+    columns : {'gt', 'pred', 'set', 'all'}, optional
         The features of a sequence to compare: those that move in the ground truth (the field's choice), those that
-        move in the prediction (one released evaluation, where a constant prediction has no error), or all. A feature
-        moves if its standard deviation over the T frames exceeds 1e-4.
-    average : {'at', 'up-to'}, optional
-        The error at each time, or the average error of all frames up to it.
+        move in the prediction (one released evaluation, where a constant prediction has no error), those that move in
+        the ground truth of the whole set (tables of AMASS), or all. A feature moves if its standard deviation over the
+        T frames, or for 'set' over all frames of all sequences, exceeds 1e-4.
+    average : {'at', 'up-to', 'sum'}, optional
+        The error at each time, or the average or the sum (tables of AMASS) of the errors of all frames up to it.
+    still : {'error', 'zero'}, optional
+        Refuse a sequence in whose ground truth no feature moves, or count its error as zero (tables of AMASS).
     lengths : (N,) array_like of int, optional
         The number of frames of each sequence that count, as for `score`.
 
@@ -112,8 +120,8 @@ def euler_error(
         If `gt` or `pred` does not hold real numbers, or a time is not a number.
     ValueError
         If the shapes are wrong or differ, a value is NaN or infinite, no feature of a sequence moves in the ground
-        truth (commands leave out such sequences and report it), or a time is not that of a frame. The message then
-        names the nearest times.
+        truth (commands leave out such sequences and report it; ``still="zero"`` counts them), or a time is not that of
+        a frame. The message then names the nearest times.
 
     See Also
     --------
@@ -123,7 +131,8 @@ def euler_error(
     ----------
     K. Fragkiadaki et al., "Recurrent Network Models for Human Dynamics", ICCV 2015. The mask of moving features and
     the times: J. Martinez et al., "On Human Motion Prediction Using Recurrent Neural Networks", CVPR 2017.
-    A. Gopalakrishnan et al., CVPR 2019, tables 6 and 7.
+    A. Gopalakrishnan et al., CVPR 2019, tables 6 and 7. The set, the sum and still sequences: E. Aksan, M. Kaufmann,
+    O. Hilliges, "Structured Prediction Helps 3D Human Motion Modelling", ICCV 2019, and the fairmotion library.
 
     Examples
     --------
@@ -133,37 +142,34 @@ def euler_error(
     >>> {t: round(e, 3) for t, e in npss.euler_error(gt, np.zeros_like(gt), at_ms=(80, 1000)).items()}
     {80: 0.093, 1000: 2.236}
     """
-    one_of("average", average, get_args(Average))
-    rate = positive_number("fps", fps)
+    check_average(average)
     motions = read_motions(gt, pred, lengths=lengths, spectra=False)
-    frames: dict[float, int] = {}
-    for time in each("at_ms", at_ms):
-        count = whole_frames("at_ms", time, rate, first=1, last=motions.groups[-1].n_frames)
-        frames[int(time) if time == int(time) else float(time)] = count
+    frames = frames_at(at_ms, fps, motions.groups[-1].n_frames)
+    of_set = _of_set(columns, *(group.gt for group in motions.groups))
     if not motions.by_length:
-        curve = _curve(motions.groups[0].gt, motions.groups[0].pred, columns)
-        if average == "at":
-            return {time: float(curve[count - 1]) for time, count in frames.items()}
-        return {time: float(curve[:count].mean()) for time, count in frames.items()}
-    curves = [curve for group in motions.groups for curve in _curves(group, columns)]
+        return errors_at(_curve(motions.groups[0].gt, motions.groups[0].pred, columns, still, of_set), frames, average)
+    curves = [curve for group in motions.groups for curve in _curves(group, columns, still, of_set)]
     return {time: _reached(curves, count, average) for time, count in frames.items()}
 
 
 def _reached(curves: list[Float64], count: int, average: Average) -> EulerErrorAt:
     """Average the errors of the sequences that have so many frames, in any order."""
-    first = count - 1 if average == "at" else 0
-    errors = [curve[first:count].mean() for curve in curves if len(curve) >= count]
+    errors = [errors_at(curve, {0: count}, average)[0] for curve in curves if len(curve) >= count]
     return EulerErrorAt(math.fsum(errors) / len(errors), len(errors))
 
 
-def euler_error_curve(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Columns = "gt") -> Float64:
+def euler_error_curve(
+    gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Columns = "gt", still: Still = "error"
+) -> Float64:
     """Return the Euler angle error of every predicted frame.
 
     Parameters
     ----------
     gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
         As for `euler_error`.
-    columns : {'gt', 'pred', 'all'}, optional
+    columns : {'gt', 'pred', 'set', 'all'}, optional
+        As for `euler_error`.
+    still : {'error', 'zero'}, optional
         As for `euler_error`.
 
     Returns
@@ -189,7 +195,7 @@ def euler_error_curve(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Column
     array([0., 5.])
     """
     truth, prediction = motion_pair(gt, pred)
-    return _curve(truth, prediction, columns)
+    return _curve(truth, prediction, columns, still, _of_set(columns, truth))
 
 
 def mse(gt: npt.ArrayLike, pred: npt.ArrayLike) -> float:
@@ -236,7 +242,7 @@ def mse(gt: npt.ArrayLike, pred: npt.ArrayLike) -> float:
 def sequence_errors(gt: npt.ArrayLike, pred: npt.ArrayLike, *, columns: Columns = "gt") -> Float64:
     """Return the error of every frame of every sequence, ``(N, T)``; `euler_error_curve` averages it."""
     truth, prediction = motion_pair(gt, pred)
-    errors = np.concatenate(list(_errors(truth, prediction, columns)))
+    errors = np.concatenate(list(_errors(truth, prediction, columns, "error", _of_set(columns, truth))))
     _check_range(errors)
     return errors
 
@@ -256,18 +262,18 @@ def moving_pair(gt: npt.ArrayLike, pred: npt.ArrayLike) -> tuple[Array, Array, n
     return truth, prediction, still
 
 
-def _curves(group: Group, columns: Columns) -> Float64:
+def _curves(group: Group, columns: Columns, still: Still, of_set: Mask) -> Float64:
     """Return the errors of sequences of one length, ``(n, T)``."""
-    errors = np.concatenate(list(_errors(group.gt, group.pred, columns, group.rows)))
+    errors = np.concatenate(list(_errors(group.gt, group.pred, columns, still, of_set, group.rows)))
     _check_range(errors)
     return errors
 
 
-def _curve(gt: Array, pred: Array, columns: Columns) -> Float64:
+def _curve(gt: Array, pred: Array, columns: Columns, still: Still, of_set: Mask) -> Float64:
     """Average the errors over sequences, ``(T,)``."""
     n_sequences = len(gt) if gt.ndim == 3 else 1
     curve = np.zeros(gt.shape[-2])
-    for errors in _errors(gt, pred, columns):
+    for errors in _errors(gt, pred, columns, still, of_set):
         curve += errors.sum(axis=0) / n_sequences
     _check_range(curve)
     return curve
@@ -278,27 +284,36 @@ def _check_range(errors: Float64) -> None:
         raise BeyondFloat64Error("pred", "its difference from gt is beyond the largest float64")
 
 
-def _errors(gt: Array, pred: Array, columns: Columns, rows: Sequence[int] = ()) -> Iterator[Float64]:
+def _of_set(columns: Columns, *motions: Array) -> Mask:
+    """Return the features of all sequences together that are compared, ``(D,)``; all, if each sequence chooses."""
+    one_of("columns", columns, get_args(Columns))
+    return moving_in_set(*motions) if columns == "set" else np.ones(motions[0].shape[-1], bool)
+
+
+def _errors(
+    gt: Array, pred: Array, columns: Columns, still: Still, of_set: Mask, rows: Sequence[int] = ()
+) -> Iterator[Float64]:
     """Yield the errors ``(n, T)`` of one block of sequences after another; infinite where beyond float64.
 
     `rows` are the places of the sequences in the whole set, for errors.
     """
-    one_of("columns", columns, get_args(Columns))
+    one_of("still", still, get_args(Still))
     for top, first, second in pair_blocks(gt, pred):
         with np.errstate(all="ignore"):
-            if columns == "all":
-                moves = np.ones((len(first), first.shape[2]), bool)
+            if columns in ("all", "set"):
+                moves = np.tile(of_set, (len(first), 1))
             else:
                 moves = moving(first if columns == "gt" else second)
             errors = _norms(first, second, moves)
             if not np.isfinite(errors).all():
                 first, second, shift = _scaled(first, second, gt, pred)
                 errors = np.ldexp(_norms(first, second, moves), shift)
-        still = ~moves.any(axis=1)
-        if columns == "gt" and still.any():
-            place = top + int(np.argmax(still))
+        nothing = ~moves.any(axis=1)
+        if columns in ("gt", "set") and still == "error" and nothing.any():
+            place = top + int(np.argmax(nothing))
+            what = "the set" if columns == "set" else f"sequence {rows[place] if rows else place}"
             raise ValueError(
-                f"gt: no feature of sequence {rows[place] if rows else place} moves "
+                f"gt: no feature of {what} moves "
                 f"(standard deviation over its frames > {MOVES:g}), so nothing can be compared"
             )
         yield errors
@@ -329,6 +344,20 @@ def moving(motion: Float64) -> npt.NDArray[np.bool_]:
     sequence, feature = np.nonzero(~moves & (span > MOVES))
     if sequence.size:
         moves[sequence, feature] = motion[sequence, :, feature].std(axis=1) > MOVES
+    return moves
+
+
+def moving_in_set(*motions: Array) -> Mask:
+    """Return where the standard deviation over all frames of all sequences exceeds `MOVES`, ``(D,)``."""
+    frames = sum(motion[..., 0].size for motion in motions)
+    over = tuple(range(motions[0].ndim - 1))
+    with np.errstate(all="ignore"):
+        mean = sum(motion.sum(axis=over, dtype=np.float64) for motion in motions) / frames
+        squares = np.zeros_like(mean)
+        for motion in motions:
+            for _, block, _ in pair_blocks(motion, motion):
+                squares += np.square(block - mean).sum(axis=(0, 1))
+        moves: Mask = ~(np.sqrt(squares / frames) <= MOVES)  # true where beyond float64
     return moves
 
 

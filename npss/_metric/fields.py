@@ -17,7 +17,7 @@ class Field(NamedTuple):
     """The meaning of a signature field and its allowed values."""
 
     says: str
-    #: 'text'; 'one of' the keys of `means`; 'whole number' (0 or more); 'number' (positive); or 'any'.
+    #: 'text'; 'one of' the keys of `means`; 'whole number' (0 or more, or such a key); 'number' (positive); or 'any'.
     kind: str = "text"
     means: Mapping[str, str] = MappingProxyType({})
 
@@ -62,9 +62,15 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
             },
         ),
         "actions": Field("actions, or how many", "any"),
-        "at_ms": Field("time of the Euler error, in milliseconds", "number"),
+        "at_ms": Field("time of the error, in milliseconds", "number"),
         "average": Field(
-            "Euler error", "one of", {"at": "at the given times", "up-to": "averaged up to the given times"}
+            "errors",
+            "one of",
+            {
+                "at": "at the given times",
+                "up-to": "averaged up to the given times",
+                "sum": "summed up to the given times",
+            },
         ),
         "better": Field("better direction", "one of", {"lower": "lower", "higher": "higher"}),
         "clip": Field("clip that others are compared with"),
@@ -75,6 +81,7 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
             {
                 "gt": "those that move in the ground truth (standard deviation > 1e-4 over the frames)",
                 "pred": "those that move in the prediction",
+                "set": "those that move in the ground truth of the whole set",
                 "all": "all",
             },
         ),
@@ -105,7 +112,11 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
         "shares": Field("shares of the second motion"),
         "source": Field("source of the motion"),
         "statistics": Field("version of the rules for intervals and p-values", "whole number"),
-        "still": Field("still sequences, excluded from the Euler error", "whole number"),
+        "still": Field(
+            "still sequences, excluded from the Euler error",
+            "whole number",
+            {"zero": "none, their error counts as zero"},
+        ),
         "unlabelled": Field("clips without an action label", "whole number"),
     }
 )
@@ -120,9 +131,10 @@ def check_value(name: str, value: object) -> None:
         raise TypeError(f"{name}: expected text, got {value!r}")
     elif field.kind == "number":
         positive_number(name, value)
-    elif field.kind == "whole number" and not (is_integer(value) and value >= 0):
+    elif field.kind == "whole number" and not (is_integer(value) and value >= 0) and value not in field.means:
         error = ValueError if is_integer(value) else TypeError
-        raise error(f"{name}: expected a whole number, 0 or more, got {value!r}")
+        words = "".join(f" or {word!r}" for word in field.means)
+        raise error(f"{name}: expected a whole number, 0 or more{words}, got {value!r}")
 
 
 def check_names(

@@ -294,6 +294,6 @@ def _checked_fields(fields: object) -> dict[str, Value | None]:
             raise ValueError(f"fields: the signature states {name!r} anyway; leave it out")
         if name in FIELDS and value is not None:
             check_value(name, value)
-        if name not in (*FIELDS, *ARGUMENTS) and not isinstance(value, str | int | float):
+        if name not in (*FIELDS, *ARGUMENTS) and not isinstance(value, str | int | float | None):
             raise TypeError(f"fields: {name}: expected text, a number or a truth value, got {value!r}")
     return dict(fields)

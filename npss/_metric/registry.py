@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +13,11 @@ from npss._metric.convention import CONVENTIONS, Convention, as_convention
 from npss._metric.euler_error import mse, sequence_errors
 from npss._metric.frames import whole_frames
 from npss._metric.metric import Measured, Metric
+from npss._metric.position_error import Align, sequence_position_errors, sequence_root_errors
+from npss._metric.rotation_error import sequence_rotation_errors
+from npss._metric.spectrum import EPSILON, spectrum_divergence
 from npss.plugins import Registry
+from npss.rotations._poses import POSE, UNSCORED
 from npss.validation import Float64
 
 
@@ -29,6 +35,33 @@ def _euler_error(gt: Float64, pred: Float64, *, fps: float, at_ms: float) -> Mea
 def _mse(gt: Float64, pred: Float64) -> Measured:
     parts = [mse(*pair) for pair in zip(gt, pred, strict=True)]
     return Measured(mse(gt, pred), np.array(parts), np.ones(len(parts)))
+
+
+def _at(errors: Float64, fps: float, at_ms: float) -> Float64:
+    """Return the error of each sequence at a time, from ``(N, T)``."""
+    return errors[:, whole_frames("at_ms", at_ms, fps, first=1, last=errors.shape[1]) - 1]
+
+
+def _flat(*positions: Float64) -> list[Float64]:
+    """Flatten joint by joint: three joints are not matrices."""
+    return [x.reshape(*x.shape[:2], -1) for x in positions]
+
+
+def _position_error(gt: Float64, pred: Float64, *, fps: float, at_ms: float, align: Align | None = None) -> Float64:
+    return _at(sequence_position_errors(*_flat(gt, pred), align=align), fps, at_ms)
+
+
+def _root_error(gt: Float64, pred: Float64, *, fps: float, at_ms: float) -> Float64:
+    return _at(sequence_root_errors(*_flat(gt, pred)), fps, at_ms)
+
+
+def _trajectory_error(gt: Float64, pred: Float64, *, fps: float, at_ms: float) -> Float64:
+    return _at(sequence_root_errors(*_flat(gt, pred), up="y"), fps, at_ms)
+
+
+def _rotation_error(gt: Float64, pred: Float64, *, fps: float, at_ms: float) -> Float64:
+    joints = (x[..., UNSCORED:POSE] for x in (gt, pred))
+    return _at(sequence_rotation_errors(*joints, representation="expmap"), fps, at_ms)
 
 
 NPSS = Metric(
@@ -57,8 +90,85 @@ MSE = Metric(
     heading="MSE",
 )
 
-#: All metrics by name: NPSS, the Euler error, the mean squared error, and registered ones.
-METRICS: Registry[Metric] = Registry("metric", {metric.name: metric for metric in (NPSS, EULER_ERROR, MSE)})
+_POSITIONS: dict[str, Any] = {
+    "takes": "positions",
+    "options": ("fps", "at_ms"),
+    "unit": "mm",
+    "digits": 1,
+}
+#: Records state that the root of poses is fixed; for other positions, the caller states what it does.
+_POSE = {"average": "at", "root": None}
+POSITION_ERROR = Metric(
+    name="position_error",
+    function=_position_error,
+    says="the distance of predicted from true joints in a frame, averaged over joints and sequences (MPJPE)",
+    heading="Position error",
+    fields={**_POSE, "align": "none"},
+    **_POSITIONS,
+)
+ALIGNED_POSITION_ERROR = Metric(
+    name="aligned_position_error",
+    function=partial(_position_error, align="procrustes"),
+    says="the position error after the best rotation, translation and scale of each predicted frame (PA-MPJPE)",
+    heading="Aligned position error",
+    fields={**_POSE, "align": "procrustes"},
+    **_POSITIONS,
+)
+ROOT_ERROR = Metric(
+    name="root_error",
+    function=_root_error,
+    says="the distance of the predicted from the true root in a frame, averaged over sequences",
+    heading="Root error",
+    fields={"average": "at"},
+    **_POSITIONS,
+)
+TRAJECTORY_ERROR = Metric(
+    name="trajectory_error",
+    function=_trajectory_error,
+    says="the distance on the floor of the predicted from the true root in a frame, averaged over sequences",
+    heading="Trajectory error",
+    fields={"average": "at", "up": "y"},
+    **_POSITIONS,
+)
+ROTATION_ERROR = Metric(
+    name="rotation_error",
+    function=_rotation_error,
+    says="the angle between predicted and true rotations of joints in a frame, averaged over joints and sequences",
+    heading="Rotation error",
+    takes="poses",
+    options=("fps", "at_ms"),
+    unit="rad",
+    digits=3,
+    fields={"average": "at", "joints": "all scored"},
+)
+SPECTRUM_DIVERGENCE = Metric(
+    name="spectrum_divergence",
+    function=spectrum_divergence,
+    says="the Kullback-Leibler divergence of the power spectra of the whole set, averaged over features",
+    heading="Spectrum divergence",
+    aggregation="none",
+    unit="nats",
+    fields={"direction": "gt-pred", "spectra": "set", "features": "all", "epsilon": EPSILON},
+)
+
+#: All metrics by name: the built-in ones, and registered ones.
+METRICS: Registry[Metric] = Registry(
+    "metric",
+    {
+        metric.name: metric
+        for metric in (
+            NPSS,
+            EULER_ERROR,
+            MSE,
+            POSITION_ERROR,
+            ALIGNED_POSITION_ERROR,
+            ROOT_ERROR,
+            TRAJECTORY_ERROR,
+            ROTATION_ERROR,
+            SPECTRUM_DIVERGENCE,
+        )
+    },
+)
 
 
 def register(metric: Metric, *, replace: bool = False) -> Metric:

@@ -172,8 +172,11 @@ def stated_of(metric: str, values: dict[str, Any]) -> dict[str, Any]:
     if values["metric"] == metric:
         return values
     entry = metric_called(metric)
-    others = {name for other in values["metric"].split("+") if other in METRICS for name in METRICS[other].fields}
-    own_values = {name: value for name, value in values.items() if name in entry.fields or name not in others}
+    joined = values["metric"].split("+")
+    others = {name for other in joined if other in METRICS for name in METRICS[other].fields}
+    # A metric that is not one of the several states its own value of a field itself, unless it depends on the motion.
+    own = {name for name, value in entry.fields.items() if value is None or metric in joined}
+    own_values = {name: value for name, value in values.items() if name in own or name not in others}
     own_values = {"convention": None, **own_values, "metric": metric}
     if entry.takes != "angles":
         return {name: value for name, value in own_values.items() if name not in ("representation", "unwrap")}

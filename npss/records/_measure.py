@@ -233,6 +233,8 @@ def _add(record: Record, metric: Metric, angles: Any, poses: Any, fps: float | N
     if metric.takes == "positions":
         gt, pred = poses_to_positions(gt), poses_to_positions(pred)
     fields = with_fields_of(metric, stated_of(metric.name, parse_signature(record["signature"])))
+    if metric.takes == "positions" and metric.fields.get("root", "") is None:
+        fields["extra"] = {**fields["extra"], "root": "fixed"}
     for time in at_ms if metric.has_times else (None,):
         measured = metric.measure(gt, pred, fps=fps, at_ms=time)
         column = metric.column(at_ms=time)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -118,10 +118,16 @@ def rotation_form(representation: str, *, seq: str = H36M, layout: str = COLUMNS
     return (forms | others)[representation]
 
 
-def angle_between(a: npt.ArrayLike, b: npt.ArrayLike, form: Form, names: tuple[str, str] = ("a", "b")) -> Array:
-    """Return the angles ``(...)`` between rotations in a form."""
-    p = convert(names[0], a, form, QUATERNION)
-    q = convert(names[1], b, form, QUATERNION)
+def angle_between(
+    a: npt.ArrayLike,
+    b: npt.ArrayLike,
+    form: Form,
+    names: tuple[str, str] = ("a", "b"),
+    dtype: np.dtype[Any] | None = None,
+) -> Array:
+    """Return the angles ``(...)`` between rotations in a form, computed in `dtype` or by default that of each."""
+    p = convert(names[0], a, form, QUATERNION, dtype)
+    q = convert(names[1], b, form, QUATERNION, dtype)
     if p.shape != q.shape:
         raise ValueError(
             f"{names[1]}: its shape {np.shape(b)} differs from that of {names[0]}, {np.shape(a)}; nothing is broadcast"

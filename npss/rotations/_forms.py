@@ -57,10 +57,10 @@ def converter(source: Form, target: Form, given: np.dtype[Any]) -> Kernel:
     return kernel
 
 
-def convert(name: str, values: npt.ArrayLike, source: Form, target: Form) -> Array:
-    """Convert `values` from one form to the other; errors name the argument `name`."""
+def convert(name: str, values: npt.ArrayLike, source: Form, target: Form, dtype: np.dtype[Any] | None = None) -> Array:
+    """Convert `values` from one form to the other, in `dtype` or by default `result_dtype`; errors name `name`."""
     array = rotation_array(name, values, source.shape)
-    dtype = result_dtype(array)
+    dtype = dtype or result_dtype(array)
     core = len(source.shape), len(target.shape)
     out = np.empty(array.shape[: array.ndim - core[0]] + target.shape, dtype)
     fill(name, array, out, core, converter(source, target, array.dtype), dtype)

@@ -16,6 +16,10 @@ FUNCTIONS = {
     "euler_error": lambda g, p: npss.euler_error(g, p, fps=2, at_ms=(1000,))[1000],
     "euler_error_curve": lambda g, p: float(npss.euler_error_curve(g, p).sum()),
     "mse": npss.mse,
+    "position_error": lambda g, p: npss.position_error(g, p, fps=2, at_ms=(1000,))[1000],
+    "position_error_curve": lambda g, p: float(npss.position_error_curve(g, p, align="root").sum()),
+    "rotation_error": lambda g, p: npss.rotation_error(g, p, representation="expmap", fps=2, at_ms=(1000,))[1000],
+    "spectrum_divergence": lambda g, p: npss.spectrum_divergence(g, p, spectra="sequence"),
     "report": lambda g, p: float(npss.report(g, p).emd.sum()),
     "diagnose": lambda g, p: float(sum(finding.count for finding in npss.diagnose(g, p))),
 }

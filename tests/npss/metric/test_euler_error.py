@@ -125,6 +125,65 @@ def test_a_nearly_still_ground_truth_is_an_error(std):
     assert npss.euler_error_curve(gt, gt + 1, columns="pred").tolist() == [0.0] * 100
 
 
+def of_amass(gt, pred):
+    """Return the error of every frame of every sequence: columns by the set, still sequences zero, not averaged."""
+    columns = [j for j in range(gt.shape[-1]) if np.std(gt.reshape(-1, gt.shape[-1])[:, j]) > 1e-4]
+    return np.array(
+        [
+            [math.dist(x[columns], y[columns]) for x, y in zip(*pair, strict=True)]
+            for pair in zip(gt, pred, strict=False)
+        ]
+    )
+
+
+@given(pair=pairs())
+def test_tables_of_amass(pair):
+    gt, pred = pair
+    curve = of_amass(gt, pred).mean(axis=0)
+    options = {"columns": "set", "still": "zero"}
+    np.testing.assert_allclose(npss.euler_error_curve(gt, pred, **options), curve, rtol=1e-12, atol=1e-12)
+    summed = npss.euler_error(gt, pred, fps=10, at_ms=(100, 200), average="sum", **options)
+    assert summed == pytest.approx({100: curve[0], 200: curve[:2].sum()}, rel=1e-12, abs=1e-12)
+
+
+def test_columns_of_the_set_differ_from_those_of_each_sequence():
+    gt = np.zeros((2, 4, 2))
+    gt[0, :, 0] = [1.0, 2.0, 3.0, 4.0]
+    gt[1, :, 1] = 5  # still, but not what it is in the other sequence
+    pred = gt + [3.0, 4.0]
+    assert npss.euler_error_curve(gt, pred, columns="set").tolist() == [5.0] * 4
+    assert npss.euler_error_curve(gt, pred, still="zero").tolist() == [1.5] * 4  # 3 of one, 0 of the other
+    with pytest.raises(ValueError, match=r"^gt: no feature of sequence 1 moves"):
+        npss.euler_error_curve(gt, pred)
+    still = np.ones((2, 4, 2))
+    assert npss.euler_error_curve(still, pred, columns="set", still="zero").tolist() == [0.0] * 4
+    with pytest.raises(ValueError, match=r"^gt: no feature of the set moves"):
+        npss.euler_error_curve(still, pred, columns="set")
+    with pytest.raises(ValueError, match=r"^still: expected one of error, zero, got 'skip'"):
+        npss.euler_error_curve(gt, pred, still="skip")
+
+
+@pytest.mark.parametrize(("std", "counts"), [(0.9999e-4, False), (1.0001e-4, True)])
+@pytest.mark.parametrize("offset", [0.0, 1e3])
+def test_moving_features_of_the_set_by_standard_deviation(std, counts, offset):
+    motion = np.random.default_rng(0).normal(size=(700, 10, 10))  # of several blocks
+    motion = (motion - motion.mean(axis=(0, 1))) / motion.std(axis=(0, 1)) * std + offset
+    assert _euler_error.moving_in_set(motion).tolist() == [counts] * 10
+    assert _euler_error.moving_in_set(motion[0] * 0).tolist() == [False] * 10
+    assert _euler_error.moving_in_set(np.array([[1e308], [-1e308]])).tolist() == [True]
+
+
+def test_signature_of_still_sequences():
+    context = {"columns": "set", "average": "sum", "still": "zero"}
+    text = npss.signature(None, metric="euler_error", **context)
+    assert text == "euler_error|version:1|average:sum|columns:set|still:zero"
+    assert npss.parse_signature(text) == {"metric": "euler_error", "version": 1, "convention": None, **context}
+    assert "none, their error counts as zero" in npss.explain(text)
+    assert "not comparable with tables 6 and 7" in npss.explain(text)
+    with pytest.raises(TypeError, match=r"^still: expected a whole number, 0 or more or 'zero', got 'none'"):
+        npss.signature(None, metric="euler_error", still="none")
+
+
 # Means of norms of `golden_pair`, computed once with tests/helpers/oracles.py.
 GOLDEN = {
     "euler_error|version:1|frames:12|fps:25|average:at|columns:gt": {80: 6.75, 480: 8.340353225079447},
@@ -182,7 +241,7 @@ def test_golden_value_of_the_mean_of_squares():
         ({"at_ms": ("80",)}, TypeError, "at_ms: expected a time in ms, got '80'"),
         ({"at_ms": (True,)}, TypeError, "at_ms: expected a time in ms, got True"),
         ({"at_ms": 80}, TypeError, "at_ms: expected a sequence of .*, got 80"),
-        ({"at_ms": (80,), "columns": "std"}, ValueError, "columns: expected one of gt, pred, all"),
+        ({"at_ms": (80,), "columns": "std"}, ValueError, "columns: expected one of gt, pred, set, all"),
         ({"at_ms": (80,), "average": "mean"}, ValueError, "average: expected one of at, up-to"),
     ],
 )
