@@ -17,7 +17,7 @@ from npss._metric.convention import CONVENTIONS, Convention, ConventionName
 from npss._metric.score import score, score_windows
 
 if TYPE_CHECKING:
-    from npss import metrics, plot, protocol, published, records, rotations, skeleton, study
+    from npss import metrics, plot, protocol, published, records, rotations, skeleton, stochastic, study
     from npss._analysis.compare import Comparison, compare
     from npss._analysis.diagnose import Finding, diagnose
     from npss._analysis.interval import Interval, Range
@@ -82,6 +82,7 @@ __all__ = [
     "spectrum_divergence",
     "spectrum_entropy",
     "speed_ratio",
+    "stochastic",
     "study",
     "trajectory_error",
     "unwrap",
@@ -127,6 +128,7 @@ _LAZY = {
     "spectrum_divergence": "npss._metric.spectrum",
     "spectrum_entropy": "npss._metric.spectrum",
     "speed_ratio": "npss._metric.speed",
+    "stochastic": "npss.stochastic",
     "study": "npss.study",
     "trajectory_error": "npss._metric.position_error",
     "unwrap": "npss.rotations._unwrap",
