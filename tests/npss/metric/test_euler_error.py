@@ -163,6 +163,24 @@ def test_columns_of_the_set_differ_from_those_of_each_sequence():
         npss.euler_error_curve(gt, pred, still="skip")
 
 
+def test_tables_of_amass_of_unequal_lengths():
+    """The set are the frames that count, of all sequences."""
+    gt, pred = np.random.default_rng(0).normal(size=(2, 3, 4, 3))
+    lengths = [4, 2, 4]
+    gt[:, :, 1] = 1
+    gt[1, 2:, 1] = np.nan  # beyond its length
+    kept = [0, 2]
+    norms = [[math.dist(x[kept], y[kept]) for x, y in zip(*pair, strict=True)] for pair in zip(gt, pred, strict=True)]
+    got = npss.euler_error(gt, pred, fps=10, at_ms=(200, 400), columns="set", average="sum", lengths=lengths)
+    assert got[200] == pytest.approx((sum(sum(row[:2]) for row in norms) / 3, 3))
+    assert got[400] == pytest.approx(((sum(norms[0]) + sum(norms[2])) / 2, 2))
+    gt[1] = 1
+    with pytest.raises(ValueError, match=r"^gt: no feature of sequence 1 moves"):
+        npss.euler_error(gt, pred, fps=10, at_ms=[100], lengths=lengths)
+    counted = npss.euler_error(gt, pred, fps=10, at_ms=[100], lengths=lengths, still="zero")
+    assert counted[100] == pytest.approx(((norms[0][0] + norms[2][0]) / 3, 3))
+
+
 @pytest.mark.parametrize(("std", "counts"), [(0.9999e-4, False), (1.0001e-4, True)])
 @pytest.mark.parametrize("offset", [0.0, 1e3])
 def test_moving_features_of_the_set_by_standard_deviation(std, counts, offset):
