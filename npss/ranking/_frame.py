@@ -25,11 +25,13 @@ except ImportError:
 
 _COLUMNS = (
     *("model", "action", "column", "value", "low", "high", "rank", "best", "worse", "p_value", "source", "signature"),
-    *("level", "in_blocks", "behind", "blocks", "seeds", "seed_low", "seed_high", "interval", "test"),
+    *("level", "in_blocks", "behind", "blocks", "seeds", "seed_low", "seed_high"),
+    *("samples", "sample_low", "sample_high", "interval", "test"),
 )
 _TYPES = {
     **dict.fromkeys(("low", "high", "p_value", "in_blocks", "behind", "seed_low", "seed_high"), float),
-    **dict.fromkeys(("rank", "blocks", "seeds"), "Int64"),
+    **dict.fromkeys(("sample_low", "sample_high"), float),
+    **dict.fromkeys(("rank", "blocks", "seeds", "samples"), "Int64"),
 }
 
 
@@ -51,7 +53,8 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
         A row for each number: its interval, rank, p-value (of the difference from the best), signature and methods.
         ``in_blocks`` is the score of the sequences in blocks, if some are in none; ``behind`` the share of blocks in
         which the best is better; ``seeds`` the number of runs of a method, whose values lie between ``seed_low`` and
-        ``seed_high``.
+        ``seed_high``; ``samples`` the number of samples of a stochastic model, whose scores lie between
+        ``sample_low`` and ``sample_high``.
     notes : tuple of str
         The notes below the tables: how intervals, marks and ranks were made.
     by : str or None
@@ -132,6 +135,9 @@ class Leaderboard(pd.DataFrame):  # type: ignore[misc]
                     "seeds": len(result.seeds) or None,
                     "seed_low": min(result.seeds, default=None),
                     "seed_high": max(result.seeds, default=None),
+                    "samples": len(result.samples) or None,
+                    "sample_low": min(result.samples, default=None),
+                    "sample_high": max(result.samples, default=None),
                     "interval": RANGE if standing.is_range else METHOD,
                     "test": TEST,
                 }

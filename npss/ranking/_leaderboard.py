@@ -18,13 +18,18 @@ from npss.ranking._results import Result, result_of_report, results_of_record
 from npss.ranking._standings import check_truths, notes, standings
 from npss.ranking._submissions import MEASURED, read_all
 from npss.records import Record
+from npss.stochastic import SampleReport
 from npss.validation import Seed, each, positive_number
 
 if TYPE_CHECKING:
     from npss.ranking._frame import Leaderboard
 
 Source = (
-    str | PathLike[str] | Iterable[str | PathLike[str]] | Iterable[Record] | Mapping[str, Report | Mapping[str, Report]]
+    str
+    | PathLike[str]
+    | Iterable[str | PathLike[str]]
+    | Iterable[Record]
+    | Mapping[str, Report | SampleReport | Mapping[str, Report | SampleReport]]
 )
 
 
@@ -52,10 +57,10 @@ def leaderboard(
     source : path, sequence of paths, sequence of dict, or mapping
         A folder with one file of samples per model (``MODEL.npz`` or ``MODEL/samples.npz``), or such files; records, as
         ``npss-baselines evaluate --format json`` prints them, or files of records (``.json``); or reports: a mapping
-        from models to a `Report`, or to a mapping from actions to a `Report`. Records may hold other metrics, even
-        unregistered ones: ``metrics`` and ``signatures`` by column (the field ``better:higher`` means that higher is
-        better), and the values of single sequences, whose mean is the number, in ``sequences["metrics"]``, with any
-        weights in ``sequences["weight"]``.
+        from models to a `Report` or `npss.stochastic.SampleReport`, or to a mapping from actions to such. Records may
+        hold other metrics, even unregistered ones: ``metrics`` and ``signatures`` by column (the field
+        ``better:higher`` means that higher is better), and the values of single sequences, whose mean is the number, in
+        ``sequences["metrics"]``, with any weights in ``sequences["weight"]``.
     published : bool, optional
         Also show published rows of the same meaning; they are marked and not ranked.
     reference : bool, optional
@@ -226,16 +231,16 @@ def _in_blocks(results: Sequence[Result], groups: Any) -> list[Result]:
     return regrouped
 
 
-def _reports(source: Mapping[Any, Any]) -> Iterator[tuple[str, str, Report]]:
+def _reports(source: Mapping[Any, Any]) -> Iterator[tuple[str, str, Report | SampleReport]]:
     """Yield model, action and report."""
     for model, reports in source.items():
-        of_model = {"": reports} if isinstance(reports, Report) else reports
+        of_model = {"": reports} if isinstance(reports, Report | SampleReport) else reports
         if not isinstance(model, str) or not isinstance(of_model, Mapping):
             raise TypeError(
                 f"source: expected a report, or reports by action, for each model, got {model!r}: {reports!r:.100}"
             )
         for action, report in of_model.items():
-            if not isinstance(action, str) or not isinstance(report, Report):
+            if not isinstance(action, str) or not isinstance(report, Report | SampleReport):
                 raise TypeError(f"source: expected reports by action for {model!r}, got {action!r}: {report!r:.100}")
             yield model, action, report
 

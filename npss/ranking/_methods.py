@@ -92,6 +92,7 @@ def averaged(results: Sequence[Result], methods: Mapping[str, Sequence[str]]) ->
                 numerator=np.mean(numerators, axis=0) if has_sequences else None,
                 weight=first.weight if has_sequences else None,
                 seeds=tuple(run.value for run in runs),
+                samples=(),
             )
         )
     return averages + [result for result in results if result.source]

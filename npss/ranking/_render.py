@@ -279,7 +279,7 @@ def _digits(standing: Standing, digits: int | None) -> int:
 
 
 def _ends(standing: Standing, digits: int | None) -> str:
-    """Return the text beside a value: its interval or range, the score in blocks, wins, and seeds."""
+    """Return the text beside a value: its interval or range, the score in blocks, wins, seeds, and samples."""
     if standing.low is None or standing.high is None:
         return ""
     digits = _digits(standing, digits)
@@ -291,6 +291,8 @@ def _ends(standing: Standing, digits: int | None) -> str:
         text += f", {standing.behind[0]}/{standing.behind[1]}"
     if seeds := standing.result.seeds:
         text += f", seeds {min(seeds):.{digits}f}–{max(seeds):.{digits}f}"
+    if samples := standing.result.samples:
+        text += f", samples {min(samples):.{digits}f}–{max(samples):.{digits}f}"
     return text
 
 

@@ -19,6 +19,7 @@ from npss._metric.registry import EULER_ERROR, NPSS, metric_of_column
 from npss._metric.signature import parse_signature
 from npss.ranking._names import model_name, one_line
 from npss.records import Record, signature_of
+from npss.stochastic import SampleReport
 from npss.validation import Float64, is_real
 
 
@@ -43,6 +44,7 @@ class Result:
     source: str = ""  # source of a published number or one of this project, otherwise empty
     reference: bool = False  # whether this project measured it
     seeds: tuple[float, ...] = ()  # the number of each run of a method; the value is their mean
+    samples: tuple[float, ...] = ()  # the score of each sample of a stochastic model
 
     @property
     def loss(self) -> float:
@@ -162,10 +164,15 @@ def _traits(metric: Metric | None) -> dict[str, Any]:
     return {} if metric is None else {name: getattr(metric, name) for name in ("heading", "unit", "digits")}
 
 
-def result_of_report(model: str, action: str, report: Report) -> Result:
+def result_of_report(model: str, action: str, report: Report | SampleReport) -> Result:
     """Read the score of a report."""
     convention = parse_signature(report.signature)["convention"]
     name = convention if isinstance(convention, str) else report.signature.split("convention:")[1].split("|")[0]
+    samples: tuple[float, ...] = ()
+    if isinstance(report, SampleReport):
+        numerator, weight, samples = report.numerator, report.weight, tuple(report.scores.tolist())
+    else:
+        numerator, weight = (report.weight * report.emd).sum(axis=1), report.weight.sum(axis=1)
     return Result(
         model=model_name(model),
         action=one_line(action),
@@ -173,10 +180,11 @@ def result_of_report(model: str, action: str, report: Report) -> Result:
         **_traits(NPSS),
         value=report.score,
         signature=report.signature,
-        numerator=(report.weight * report.emd).sum(axis=1),
-        weight=report.weight.sum(axis=1),
+        numerator=numerator,
+        weight=weight,
         fingerprint=report.fingerprint,
         groups=report.groups,
+        samples=samples,
     )
 
 

@@ -252,6 +252,8 @@ def notes(standings: Sequence[Standing], *, level: float = 0.95, seed: Seed = 0)
     for method, n in methods:
         if n:
             lines.append(f"{method}: the mean of {n} seeds; after 'seeds', the lowest and the highest of them.")
+    if any(standing.result.samples for standing in own):
+        lines.append("After 'samples': the lowest and the highest score of one sample; intervals are over blocks.")
     lines += [f"{kind.capitalize()} numbers, not ranked: {'; '.join(of_kind)}." for kind, of_kind in sources.items()]
     return lines
 

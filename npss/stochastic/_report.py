@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from npss._analysis.blocks import INFERRED, Blocks, Groups, Label, read_groups
+from npss._analysis.fingerprint import fingerprint
 from npss._analysis.interval import Interval, Range, interval, method
 from npss._metric.convention import Convention, ConventionName, as_convention
 from npss._metric.fields import Value
@@ -34,6 +35,8 @@ class SampleReport:
         The score of each sample, of all sequences. Read-only.
     numerator, weight : (N,) ndarray of float64
         What each sequence adds to the numerator and denominator of the score. Read-only.
+    fingerprint : (N, 9) ndarray of float64
+        As in `npss.Report`.
     groups : tuple of str, int or None; or None
         The block of each sequence, as in `npss.Report`.
     """
@@ -43,6 +46,7 @@ class SampleReport:
     scores: Float64
     numerator: Float64
     weight: Float64
+    fingerprint: Float64
     groups: Groups = None
 
     def __float__(self) -> float:
@@ -131,7 +135,8 @@ def report(
     Returns
     -------
     SampleReport
-        The report. ``print(report)`` shows the score, its spread over samples, and its interval over blocks.
+        The report. ``print(report)`` shows the score, its spread over samples, and its interval over blocks;
+        `npss.leaderboard` ranks it.
 
     Raises
     ------
@@ -168,5 +173,6 @@ def report(
         scores=results.scores,
         numerator=numerator,
         weight=results.weight,
+        fingerprint=fingerprint(truth),
         groups=labels,
     )

@@ -149,3 +149,24 @@ def test_fields_that_the_report_states():
     assert "protocol:lafan1" in report(gt, samples, protocol="lafan1").signature
     with pytest.raises(ValueError, match=r"^groups: expected 4 labels"):
         report(gt, samples, groups=["a"])
+
+
+def test_leaderboards_keep_samples_and_blocks_apart():
+    pytest.importorskip("pandas")
+    gt, samples = drawn(0, s=4, n=12)
+    good, bad = report(gt, samples), report(gt, gt + 5 * (samples - gt))
+    board = npss.leaderboard({"good": {"walking": good}, "bad": {"walking": bad}})
+    row = board.tidy.set_index("model").loc["good"]
+    assert row["value"] == good.score
+    assert (row["low"], row["high"]) == pytest.approx(good.interval(), rel=1e-12)
+    assert (row["samples"], row["sample_low"], row["sample_high"]) == (4, good.scores.min(), good.scores.max())
+    assert row[["seeds", "seed_low"]].isna().all()
+    text = board.to_text()
+    assert f"samples {good.scores.min():.3f}–{good.scores.max():.3f}" in text
+    assert "After 'samples': the lowest and the highest score of one sample; intervals are over blocks." in board.notes
+    # The best of four is another number than the mean.
+    with pytest.raises(ValueError, match="reduction"):
+        npss.leaderboard({"mean": {"walking": good}, "best": {"walking": report(gt, samples, reduction="best")}})
+    alone = npss.leaderboard({"one": npss.report(gt, samples[0])})
+    assert alone.tidy["samples"].isna().all()
+    assert ", samples " not in alone.to_text()
