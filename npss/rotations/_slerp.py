@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import numpy.typing as npt
 
-from npss.rotations._forms import convert, rotation_array
-from npss.rotations._quaternion import QUATERNION
+from npss.rotations._blocks import Columns, fill, in_blocks
+from npss.rotations._forms import Quaternion, result_dtype, rotation_array
+from npss.rotations._quaternion import read_quaternion
 from npss.validation import Array, check_finite, is_integer, is_real, real_array
+
+#: The precision of the computation.
+WORK = np.dtype(np.float64)
 
 
 def slerp(
@@ -65,32 +71,68 @@ def slerp(
     fraction = _fractions(t)
     place = _axis(axis, start.ndim + fraction.ndim)
     limit = _limit(linear_above)
-    dtype = np.result_type(start, end)
-    start, end = start.astype(np.float64), end.astype(np.float64)
+    dtype = np.result_type(*map(result_dtype, (real_array("a", a), real_array("b", b))))
 
-    dot = (start * end).sum(axis=-1, keepdims=True)
-    end = np.where(dot < 0, -end, end)
-    # The arc cosine of the dot product would lose half of the digits of small angles.
-    angle = 2 * np.arctan2(_length(start - end), _length(start + end))
-    straight = (angle == 0) | (np.abs(dot) > limit)
-    sine = np.sin(np.where(straight, 1, angle))
-    if fraction.ndim:
-        fraction = np.expand_dims(fraction, tuple(range(1, start.ndim + 1)))
-        fraction = np.moveaxis(fraction, 0, place)
-        start, end, angle, sine, straight = (np.expand_dims(x, place) for x in (start, end, angle, sine, straight))
-    before = np.where(straight, 1 - fraction, np.sin((1 - fraction) * angle) / sine)
-    after = np.where(straight, fraction, np.sin(fraction * angle) / sine)
-    between = before * start + after * end
-    result: Array = (between / _length(between)).astype(dtype, order="C")
+    arcs = np.empty((*start.shape[:-1], 10))
+    in_blocks(np.concatenate([start, end], axis=-1), arcs, (1, 1), partial(_arcs, limit), WORK)
+    if not fraction.ndim:
+        between = np.empty(start.shape, dtype)
+        in_blocks(arcs, between, (1, 1), partial(_along, float(fraction)), WORK)
+        return between
+    frames = (*start.shape[:place], len(fraction), *start.shape[place:])
+    result: Array = np.empty(frames, dtype)
+    for between, at in zip(np.moveaxis(result, place, 0), fraction.tolist(), strict=True):
+        in_blocks(arcs, between, (1, 1), partial(_along, at), WORK)
     return result
 
 
 def _unit(name: str, q: npt.ArrayLike) -> Array:
     """Scale quaternions to unit length, and keep their signs."""
     array = rotation_array(name, q, (4,))
-    unit = convert(name, array, QUATERNION, QUATERNION)  # also chooses w >= 0
-    flipped = (np.sign(array) * unit).sum(axis=-1, keepdims=True) < 0
-    return np.where(flipped, -unit, unit)
+    unit = np.empty(array.shape)
+    fill(name, array, unit, (1, 1), _scale, WORK)
+    return unit
+
+
+def _scale(columns: Columns, outputs: Columns) -> None:
+    quaternion = read_quaternion(columns, columns[0].dtype)
+    length = np.sqrt(_dot(quaternion, quaternion))
+    for column, out in zip(quaternion, outputs, strict=True):
+        np.divide(column, length, out=out)
+
+
+def _arcs(limit: float, columns: Columns, outputs: Columns) -> None:
+    """Describe arcs: the start, the end in its hemisphere, the angle (0 where it is straight), and its sine."""
+    start, end = columns[:4], columns[4:]
+    dot = _dot(start, end)
+    sign = np.where(dot < 0, -1.0, 1.0)
+    near = tuple(sign * column for column in end)
+    apart = tuple(x - y for x, y in zip(start, near, strict=True))
+    together = tuple(x + y for x, y in zip(start, near, strict=True))
+    # The arc cosine of the dot product would lose half of the digits of small angles.
+    angle = 2 * np.arctan2(np.sqrt(_dot(apart, apart)), np.sqrt(_dot(together, together)))
+    angle[np.abs(dot) > limit] = 0.0
+    sine = np.sin(angle)
+    sine[angle == 0] = 1.0
+    for column, out in zip((*start, *near, angle, sine), outputs, strict=True):
+        out[:] = column
+
+
+def _along(t: float, columns: Columns, outputs: Columns) -> None:
+    """Interpolate along arcs."""
+    angle, sine = columns[8:]
+    before, after = np.sin((1 - t) * angle) / sine, np.sin(t * angle) / sine
+    straight = angle == 0
+    before[straight], after[straight] = 1 - t, t
+    between = tuple(before * x + after * y for x, y in zip(columns[:4], columns[4:8], strict=True))
+    length = np.sqrt(_dot(between, between))
+    for column, out in zip(between, outputs, strict=True):
+        np.divide(column, length, out=out)
+
+
+def _dot(a: Columns | Quaternion, b: Columns | Quaternion) -> Array:
+    product: Array = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+    return product
 
 
 def _fractions(t: npt.ArrayLike) -> Array:
@@ -121,8 +163,3 @@ def _limit(linear_above: float | None) -> float:
     if not 0 <= linear_above <= 1:
         raise ValueError(f"linear_above: expected a number from 0 to 1, got {linear_above}")
     return float(linear_above)
-
-
-def _length(q: Array) -> Array:
-    length: Array = np.sqrt((q * q).sum(axis=-1, keepdims=True))
-    return length
