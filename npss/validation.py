@@ -263,7 +263,9 @@ def flattened(motion: Array) -> Array:
     return motion.reshape(*motion.shape[:2], -1) if motion.ndim > 3 else motion
 
 
-def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike, representation: object = None) -> tuple[Array, Array]:
+def motion_pair(
+    gt: npt.ArrayLike, pred: npt.ArrayLike, representation: object = None, *, pred_name: str = "pred"
+) -> tuple[Array, Array]:
     """Read ground truth and prediction as two arrays of the same shape.
 
     The caller checks that they are finite.
@@ -274,6 +276,8 @@ def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike, representation: object =
         Sequences, frames, features; or sequences, frames, joints and their coordinates.
     representation : str, optional
         The representation of the motion; ``'matrix'`` has the shape ``(N, T, J, 3, 3)``.
+    pred_name : str, optional
+        Name of the prediction, for errors.
 
     Returns
     -------
@@ -294,12 +298,13 @@ def motion_pair(gt: npt.ArrayLike, pred: npt.ArrayLike, representation: object =
     ValueError: pred: its shape (1, 2) differs from that of gt, (2, 1); nothing is broadcast
     """
     first = motion_with_joints("gt", gt, representation)
-    second = motion_with_joints("pred", pred, representation)
+    second = motion_with_joints(pred_name, pred, representation)
     if first.shape != second.shape:
-        raise ValueError(f"pred: its shape {second.shape} differs from that of gt, {first.shape}; nothing is broadcast")
+        shapes = f"its shape {second.shape} differs from that of gt, {first.shape}"
+        raise ValueError(f"{pred_name}: {shapes}; nothing is broadcast")
     if first.ndim > 3:
         check_finite("gt", first)
-        check_finite("pred", second)
+        check_finite(pred_name, second)
     return flattened(first), flattened(second)
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,13 +15,17 @@ from npss._analysis.blocks import INFERRED, Blocks, Label, counted, read_groups
 from npss._analysis.bootstrap import checked_level
 from npss._analysis.interval import Interval
 from npss._analysis.sign_flip import MIN_BLOCKS_OF_TEST, SAMPLES, SignFlips, settled, sign_flips
+from npss._metric.bound import Normalize, check_normalize, stated_lengths
+from npss._metric.contributions import contributions, normalised_contributions
 from npss._metric.convention import Convention, ConventionName, as_convention
 from npss._metric.fields import Value
 from npss._metric.frames import whole_frames
+from npss._metric.metric import Measured
 from npss._metric.parts import Parts
 from npss._metric.registry import EULER_ERROR, NPSS, metric_called
+from npss._metric.sequences import Lengths, differ_in_length, read_motions
 from npss._metric.signature import signature, stated_with, with_fields_of
-from npss.validation import Float64, Seed, motion_with_joints, positive_number, real_array
+from npss.validation import Seed, motion_with_joints, positive_number, real_array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -120,6 +126,8 @@ def compare(
     *,
     metric: str = NPSS.name,
     convention: ConventionName | Convention = "paper",
+    lengths: Lengths = None,
+    normalize: Normalize = None,
     fps: float | None = None,
     at_ms: float | None = None,
     groups: Iterable[Label | None] | None = None,
@@ -144,6 +152,10 @@ def compare(
         takes motion of this kind.
     convention : {'paper', 'released', 'literal'} or Convention, optional
         The convention of NPSS.
+    lengths : (N,) array_like of int, optional
+        The number of frames of each sequence that count, as for `score`; for NPSS only.
+    normalize : {'bound'}, optional
+        As for `score`; for NPSS only. Required for sequences of unequal length, which one test compares.
     fps : float, optional
         Frames per second; needed for the Euler error, otherwise stated in the signature and passed to the metric.
     at_ms : float, optional
@@ -201,38 +213,50 @@ def compare(
     compared = metric_called(metric)
     if compared.aggregation == "none":
         raise ValueError(f"metric: {metric!r} has no values for single sequences, which a comparison needs")
-    positions = compared.takes == "positions"
-    representation = context.get("representation")
-    truth = real_array("gt", gt) if positions else motion_with_joints("gt", gt, representation)
-    shape = "(N, T, J, 3)" if positions else "(N, T, D)"
-    if (truth.ndim != 4 if positions else truth.ndim < 3) or len(truth) < 2:
-        raise ValueError(f"gt: expected shape {shape} with N >= 2 sequences to pair, got {truth.shape}")
-    fields: dict[str, Value] = {"frames": truth.shape[1]}
+    representation, chosen = context.get("representation"), as_convention(convention)
+    check_normalize(normalize)
     rate = None if fps is None else positive_number("fps", fps)
+    measure: Callable[..., Measured]
+    how: dict[str, Any] = {"representation": representation, "convention": chosen}
+    if lengths is not None or normalize is not None or any(map(differ_in_length, (gt, pred_a, pred_b))):
+        if compared is not NPSS:
+            raise ValueError(
+                f"metric: {metric!r} compares sequences of one length, not normalised; NPSS compares others"
+            )
+        how |= {"lengths": lengths, "normalize": normalize}
+        motions = read_motions(gt, pred_a, pred_name="pred_a", lengths=lengths, representation=representation)
+        n, frames = motions.n_sequences, [group.n_frames for group in motions.groups]
+        measure = partial(_measure_lengths, gt, **how)
+    else:
+        positions = compared.takes == "positions"
+        truth = real_array("gt", gt) if positions else motion_with_joints("gt", gt, representation)
+        shape = "(N, T, J, 3)" if positions else "(N, T, D)"
+        if (truth.ndim != 4 if positions else truth.ndim < 3) or len(truth) < 2:
+            raise ValueError(f"gt: expected shape {shape} with N >= 2 sequences to pair, got {truth.shape}")
+        n, frames = len(truth), [truth.shape[1]]
+        measure = partial(compared.measure, truth, **how, fps=rate, at_ms=at_ms)
+    if n < 2:
+        raise ValueError("gt: expected N >= 2 sequences to pair, got one")
+    fields: dict[str, Value] = stated_lengths(frames, normalize)
     if rate is not None:
         fields["fps"] = rate
     if at_ms is not None and not compared.has_times:
         raise ValueError(
             f"at_ms: {compared.heading} covers all frames; leave it out, or compare by metric={EULER_ERROR.name!r}"
         )
-    chosen = as_convention(convention)
     if compared.has_times:
         if rate is None or at_ms is None:
             raise ValueError(f"at_ms: the {compared.heading} is measured at one time: give fps and at_ms")
-        whole_frames("at_ms", at_ms, rate, first=1, last=truth.shape[1])
+        whole_frames("at_ms", at_ms, rate, first=1, last=frames[-1])
         fields["at_ms"] = at_ms
     all_fields = with_fields_of(compared, stated_with(compare, context, extra, **fields))
     meaning = signature(chosen if compared.has_conventions else None, metric=compared.name, **all_fields)
-
-    def measured(name: str, pred: npt.ArrayLike) -> tuple[float, Float64, Float64, Parts | None]:
-        value = compared.measure(
-            truth, pred, pred_name=name, representation=representation, convention=chosen, fps=rate, at_ms=at_ms
-        )
-        return value.value, np.asarray(value.numerator), np.asarray(value.weight), value.parts
-
-    labels = read_groups("groups", groups, len(truth))
-    a, first, weight, a_parts = measured("pred_a", pred_a)
-    b, second, other_weight, b_parts = measured("pred_b", pred_b)
+    labels = read_groups("groups", groups, n)
+    of_a, of_b = measure(pred_a, pred_name="pred_a"), measure(pred_b, pred_name="pred_b")
+    (first, weight), (second, other_weight) = (
+        (np.asarray(of_one.numerator), np.asarray(of_one.weight)) for of_one in (of_a, of_b)
+    )
+    a, b = of_a.value, of_b.value
     if not np.array_equal(weight, other_weight):
         raise ValueError(f"metric: the weights of {metric!r} must depend on gt alone, but differ between predictions")
     blocks = Blocks(labels, weight)
@@ -251,8 +275,32 @@ def compare(
         better=int((compared.sign * settled(difference, base[counts]) < 0).sum()),
         p_value=flips.p_value() if blocks.n >= MIN_BLOCKS_OF_TEST else None,
         exact=flips.exact,
-        a_parts=a_parts,
-        b_parts=b_parts,
+        a_parts=of_a.parts,
+        b_parts=of_b.parts,
         _blocks=str(blocks),
         _flips=flips,
     )
+
+
+def _measure_lengths(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    pred_name: str,
+    convention: Convention,
+    lengths: Lengths,
+    normalize: Normalize,
+    representation: object,
+) -> Measured:
+    """Measure the NPSS of sequences that may differ in length, if it is normalised."""
+    groups = read_motions(gt, pred, pred_name=pred_name, lengths=lengths, representation=representation).groups
+    if normalize is not None:
+        numbers = normalised_contributions(groups, convention)
+    elif len(groups) == 1:
+        numbers = contributions(groups[0].gt, groups[0].pred, convention)
+    else:
+        raise ValueError(
+            f"normalize: expected 'bound' for sequences of {groups[0].n_frames} to {groups[-1].n_frames} frames, whose "
+            f"scores are not comparable, got None"
+        )
+    return Measured(numbers.score, *numbers.by_sequence(), numbers.parts())

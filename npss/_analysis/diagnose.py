@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from npss._analysis.pitfalls import NOTE, PITFALLS, WARNING, Block
-from npss.validation import check_finite, motion_pair
+from npss._metric.sequences import Group, Lengths, read_motions
+from npss.validation import check_finite
 
 _BLOCK = 2**18  # values of one motion seen at once
 
 
 #: The meaning of a place, if it is not the first sequence, frame and feature.
 _PLACES = {"shift": "the first is sequence", "degrees": "the largest is in feature"}
+#: Pitfalls whose places are features.
+_OF_FEATURES = ("degrees", "powerless", "weight")
 #: Pitfalls of a whole motion; all others are counted.
 _WHOLE = ("shift", "context", "poses", "degrees", "axes", "joints", "share")
 
@@ -65,13 +68,18 @@ class Finding:
         return f"{head}: {self.count} {self.message}; the first at {what} {where}"
 
 
-def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike, *, representation: str | None = None) -> tuple[Finding, ...]:
+def diagnose(
+    gt: npt.ArrayLike, pred: npt.ArrayLike, *, lengths: Lengths = None, representation: str | None = None
+) -> tuple[Finding, ...]:
     """Look for pitfalls that change scores silently: jumps, flipped signs, shifts, padding, degrees, swapped axes.
 
     Parameters
     ----------
     gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
         As for `score`. Places of findings count the flattened features.
+    lengths : (N,) array_like of int, optional
+        As for `score`. Sequences of each length are looked at by themselves, as for lists of sequences that differ in
+        length; the messages name the length.
     representation : str, optional
         As for `score`.
 
@@ -126,7 +134,14 @@ def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike, *, representation: str | No
     warning shift, pred: is the ground truth 1 frame later ...
     note share, note: pred: 79% of the score by 'paper', ...
     """
-    truth, prediction = motion_pair(gt, pred, representation)
+    motions = read_motions(gt, pred, lengths=lengths, representation=representation, spectra=False)
+    findings = [finding for group in motions.groups for finding in _findings(group, by_length=motions.by_length)]
+    return tuple(sorted(findings, key=lambda finding: finding.severity == NOTE))
+
+
+def _findings(group: Group, *, by_length: bool) -> list[Finding]:
+    """Look for pitfalls in sequences of one length."""
+    truth, prediction = group.gt, group.pred
     check_finite("gt", truth)
     check_finite("pred", prediction)
     if truth.ndim == 2:
@@ -140,4 +155,12 @@ def diagnose(gt: npt.ArrayLike, pred: npt.ArrayLike, *, representation: str | No
             for pitfall in pitfalls:
                 pitfall.see(block)
         findings = [Finding(pitfall.name, *found) for pitfall in pitfalls for found in pitfall.found()]
-    return tuple(sorted(findings, key=lambda finding: finding.severity == NOTE))
+    return [_placed(finding, group) for finding in findings] if by_length else findings
+
+
+def _placed(finding: Finding, group: Group) -> Finding:
+    """Name the length, and the place of the first sequence in the whole set."""
+    where = finding.where
+    if where and finding.trap not in _OF_FEATURES:
+        where = (group.rows[where[0]], *where[1:])
+    return replace(finding, where=where, message=f"{finding.message} (sequences of {group.n_frames} frames)")

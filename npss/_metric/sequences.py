@@ -50,6 +50,7 @@ def read_motions(
     gt: npt.ArrayLike,
     pred: npt.ArrayLike,
     *,
+    pred_name: str = "pred",
     lengths: Lengths = None,
     representation: object = None,
     spectra: bool = True,
@@ -62,6 +63,8 @@ def read_motions(
     ----------
     gt, pred : array_like, or list of (T, D) or (T, J, C) array_like
         As for `motion_pair`, or a list of N sequences. With lengths, the two may differ in T.
+    pred_name : str, optional
+        Name of the prediction, for errors.
     lengths : (N,) array_like of int, optional
         The number of frames of each sequence that count, from the first.
     representation : str, optional
@@ -75,22 +78,22 @@ def read_motions(
         As for `motion_pair`. If `lengths` are not whole numbers, one for each sequence, from 1 to T; if they are not
         given, and ground truth and prediction of a sequence differ in length.
     """
-    if lengths is None and not (_unequal(gt) or _unequal(pred)):
-        truth, prediction = motion_pair(gt, pred, representation)
+    if lengths is None and not (differ_in_length(gt) or differ_in_length(pred)):
+        truth, prediction = motion_pair(gt, pred, representation, pred_name=pred_name)
         return Motions([Group(tuple(range(len(truth) if truth.ndim == 3 else 1)), truth, prediction)], by_length=False)
-    truths, predictions = (_sequences(name, values, representation) for name, values in (("gt", gt), ("pred", pred)))
+    truths, predictions = (_sequences(name, values, representation) for name, values in (("gt", gt), (pred_name, pred)))
     if len(truths) != len(predictions):
-        raise ValueError(f"pred: {len(predictions)} sequences, but gt has {len(truths)}")
+        raise ValueError(f"{pred_name}: {len(predictions)} sequences, but gt has {len(truths)}")
     if truths[0].shape[1:] != predictions[0].shape[1:]:
         raise ValueError(
-            f"pred: its shape {predictions[0].shape} differs from that of gt, {truths[0].shape}, in more than frames; "
-            f"nothing is broadcast"
+            f"{pred_name}: its shape {predictions[0].shape} differs from that of gt, {truths[0].shape}, in more than "
+            f"frames; nothing is broadcast"
         )
-    counts = _lengths(lengths, truths, predictions)
+    counts = _lengths(lengths, truths, predictions, pred_name)
     if spectra and min(counts) < 2:
         raise ValueError(f"gt: one frame in sequence {counts.index(1)}; a power spectrum needs at least two")
     pairs = [(truth[:n], prediction[:n]) for truth, prediction, n in zip(truths, predictions, counts, strict=True)]
-    for name, motions in zip(("gt", "pred"), zip(*pairs, strict=True), strict=True):
+    for name, motions in zip(("gt", pred_name), zip(*pairs, strict=True), strict=True):
         check_sequences(name, motions)
     groups = []
     for rows in rows_by_length(counts):
@@ -125,7 +128,7 @@ def read_lengths(values: npt.ArrayLike, longest: Sequence[int]) -> list[int]:
     return counts
 
 
-def _lengths(lengths: Lengths, truths: list[Array], predictions: list[Array]) -> list[int]:
+def _lengths(lengths: Lengths, truths: list[Array], predictions: list[Array], pred_name: str) -> list[int]:
     """Return the number of frames of each sequence that count."""
     both = [(len(truth), len(prediction)) for truth, prediction in zip(truths, predictions, strict=True)]
     if lengths is not None:
@@ -133,13 +136,13 @@ def _lengths(lengths: Lengths, truths: list[Array], predictions: list[Array]) ->
     for i, (of_truth, of_prediction) in enumerate(both):
         if of_truth != of_prediction:
             raise ValueError(
-                f"pred: {of_prediction} frames in sequence {i}, but gt has {of_truth}; to compare the first frames of "
-                f"both, pass lengths="
+                f"{pred_name}: {of_prediction} frames in sequence {i}, but gt has {of_truth}; to compare the first "
+                f"frames of both, pass lengths="
             )
     return [of_truth for of_truth, _ in both]
 
 
-def _unequal(values: object) -> bool:
+def differ_in_length(values: object) -> bool:
     """Return whether these are several sequences that differ in length."""
     if not isinstance(values, list | tuple) or not all(_is_sequence(value) for value in values):
         return False
@@ -164,7 +167,7 @@ def check_sequences(name: str, sequences: Sequence[Array]) -> None:
 
 def _sequences(name: str, values: npt.ArrayLike, representation: object) -> list[Array]:
     """Return the sequences of an array or a list, with joints if there are any."""
-    if not _unequal(values):
+    if not differ_in_length(values):
         array = motion_with_joints(name, values, representation)
         return [array] if array.ndim == 2 else list(array)
     several: list[Any] = list(values)  # type: ignore[arg-type]

@@ -138,7 +138,7 @@ class Padding(Pitfall):
                 self._padded.count,
                 self._padded.first,
                 f"sequences, and their predictions, end in {self._least} or more equal frames: padding? "
-                f"It is scored as motion; score sequences of each length separately",
+                f"It is scored as motion; pass lengths=",
             )
 
 

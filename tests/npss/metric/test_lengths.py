@@ -295,10 +295,69 @@ def test_the_signature_of_a_normalised_score():
 def test_only_what_normalises_states_it():
     gt, pred = np.random.default_rng(0).normal(size=(2, 3, 8, 3))
     for name in ("normalize", "lengths"):
-        with pytest.raises(TypeError, match=rf"^{name}: "):
-            npss.compare(gt, pred, -pred, **{name: "bound"})
         with pytest.raises(TypeError, match=rf"^{name}: measure does not normalise scores; leave it out"):
             npss.records.measure(gt, pred, **{name: "bound"})
+
+
+# --- comparisons and diagnoses ----------------------------------------------------------------------------------------
+
+
+@settings(max_examples=20)
+@given(drawn=sets(max_n=6), convention=st.sampled_from([*NAMES, *CUSTOM]))
+def test_comparisons(drawn, convention):
+    gt, pred, lengths = drawn
+    other = [motion[::-1] + 1 for motion in pred]
+    arrays = padded(gt), padded(pred), padded(other)
+    if len(gt) == 1:
+        with pytest.raises(ValueError, match=r"^gt: expected N >= 2 sequences to pair, got one"):
+            npss.compare(*arrays, lengths=lengths, normalize="bound")
+        return
+    comparison = npss.compare(*arrays, lengths=lengths, normalize="bound", convention=convention, fps=30)
+    expected = [
+        npss.report(gt, motions, lengths=lengths, normalize="bound", convention=convention, fps=30)
+        for motions in (pred, other)
+    ]
+    assert [comparison.a, comparison.b] == [report.score for report in expected]
+    assert comparison.signature == expected[0].signature
+    assert comparison.a_parts == expected[0].parts
+    assert comparison.n == len(gt)
+    lists = npss.compare(gt, pred, other, lengths=lengths, normalize="bound", convention=convention, fps=30)
+    assert (lists.difference, lists.p_value) == (comparison.difference, comparison.p_value)
+
+
+def test_comparisons_of_one_length():
+    gt, pred = np.random.default_rng(0).normal(size=(2, 8, 12, 3))
+    plain = npss.compare(gt[:, :9], pred[:, :9], -gt[:, ::-1][:, :9])
+    same = npss.compare(gt, pred, -gt[:, ::-1], lengths=[9] * 8)
+    assert (same.a, same.b, same.p_value, same.signature) == (plain.a, plain.b, plain.p_value, plain.signature)
+    bound = npss.compare(gt, pred, -gt[:, ::-1], normalize="bound")
+    assert bound.p_value == npss.compare(gt, pred, -gt[:, ::-1]).p_value
+    with pytest.raises(ValueError, match=r"^normalize: expected 'bound' for sequences of 5 to 9 frames"):
+        npss.compare(gt, pred, pred, lengths=[9, 5] * 4)
+    with pytest.raises(ValueError, match=r"^metric: 'mse' compares sequences of one length, not normalised"):
+        npss.compare(gt, pred, pred, metric="mse", lengths=[9] * 8)
+    with pytest.raises(ValueError, match=r"^pred_b: its shape"):
+        npss.compare(gt, pred, pred[..., :2], normalize="bound")
+    with pytest.raises(ValueError, match=r"^pred_a: nan at index \(1, 0, 0\)"):
+        npss.compare(gt, np.where(np.arange(8)[:, None, None] == 1, np.nan, pred), pred, lengths=[9] * 8)
+
+
+def test_diagnoses_name_the_length_and_the_sequence():
+    rng = np.random.default_rng(0)
+    gt, pred = rng.normal(size=(2, 3, 40, 2)).cumsum(axis=2) * 0.1
+    lengths = [20, 40, 20]
+    pred[2, :20] = pred[2, :1]
+    gt[1, 20:, 0] += 2 * np.pi
+    gt[0, 20:] = pred[0, 20:] = 0  # padding
+    assert "padding" in {finding.trap for finding in npss.diagnose(gt, pred)}
+    found = {finding.trap: finding for finding in npss.diagnose(gt, pred, lengths=lengths)}
+    assert "padding" not in found
+    assert found["constant"].where == (2,)
+    assert "(sequences of 20 frames)" in str(found["constant"])
+    assert found["wrap"].where == (1, 19, 0)
+    assert "(sequences of 40 frames)" in str(found["wrap"])
+    lists = npss.diagnose(*([motion[:n] for motion, n in zip(motions, lengths, strict=True)] for motions in (gt, pred)))
+    assert lists == npss.diagnose(gt, pred, lengths=lengths)
 
 
 # --- what is refused --------------------------------------------------------------------------------------------------
