@@ -43,6 +43,7 @@ Float64 = npt.NDArray[np.float64]
 Seed: TypeAlias = "int | np.random.Generator"  # as text: `import numpy` alone does not import numpy.random
 
 _BLOCK = 2**20  # values checked at once
+_MOST_COORDINATES = 16  # of a joint: those of a homogeneous matrix
 
 _REFUSED = {
     "b": "booleans",
@@ -206,7 +207,8 @@ def motion_shape(name: str, shape: tuple[int, ...], representation: object = Non
     TypeError
         If the representation is not text.
     ValueError
-        If it is another shape or empty, or ``(N, T, 3, 3)``: the matrices of one joint, or the positions of three.
+        If it is another shape or empty; ``(N, T, 3, 3)``, the matrices of one joint or the positions of three; or has
+        joints of more than 16 numbers, as batches of sequences seem to have.
 
     Examples
     --------
@@ -231,6 +233,11 @@ def motion_shape(name: str, shape: tuple[int, ...], representation: object = Non
         raise ValueError(
             f"{name}: expected shape (N, T, D) or (T, D) = (sequences, frames, features), or (N, T, J, C) with joints, "
             f"got {shape}{advice}"
+        )
+    if len(shape) == 4 and shape[-1] > _MOST_COORDINATES:
+        raise ValueError(
+            f"{name}: shape {shape} would be joints of {shape[-1]} numbers each; flatten it to (N, T, D), if its axes "
+            f"are (sequences, frames, joints, coordinates), and neither batches of sequences nor time last"
         )
     flat = (*shape[:2], math.prod(shape[2:])) if len(shape) > 2 else shape
     for size, what in zip(flat[::-1], ("features", "frames", "sequences"), strict=False):

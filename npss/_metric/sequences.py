@@ -24,7 +24,7 @@ Lengths = npt.ArrayLike | None
 class Group(NamedTuple):
     """Sequences of one length."""
 
-    rows: tuple[int, ...]  # their places in the set
+    rows: Sequence[int]  # their places in the set
     gt: Array  # (n, T, D), or (T, D) for a single sequence
     pred: Array
 
@@ -80,7 +80,7 @@ def read_motions(
     """
     if lengths is None and not (differ_in_length(gt) or differ_in_length(pred)):
         truth, prediction = motion_pair(gt, pred, representation, pred_name=pred_name)
-        return Motions([Group(tuple(range(len(truth) if truth.ndim == 3 else 1)), truth, prediction)], by_length=False)
+        return Motions([Group(range(len(truth) if truth.ndim == 3 else 1), truth, prediction)], by_length=False)
     truths, predictions = (_sequences(name, values, representation) for name, values in (("gt", gt), (pred_name, pred)))
     if len(truths) != len(predictions):
         raise ValueError(f"{pred_name}: {len(predictions)} sequences, but gt has {len(truths)}")

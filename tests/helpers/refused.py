@@ -33,6 +33,7 @@ REFUSED_VALUES = {
     "one axis": (np.ones(4), r"expected shape \(N, T, D\) or \(T, D\)"),
     "no axis": (np.float64(1), r"expected shape"),
     "matrices of one joint, or positions of three": (np.ones((2, 4, 3, 3)), r"shape \(2, 4, 3, 3\) may be"),
+    "batches of sequences": (np.ones((2, 2, 4, 17)), r"shape \(2, 2, 4, 17\) would be joints of 17 numbers each"),
     "five axes": (np.ones((1, 2, 3, 4, 5)), r"expected shape"),
     "matrices without their representation": (np.ones((1, 4, 2, 3, 3)), r"expected .*pass representation='matrix'"),
     "no joints": (np.ones((2, 4, 0, 3)), r"no features in an array of shape \(2, 4, 0, 3\)"),

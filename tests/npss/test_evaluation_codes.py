@@ -235,6 +235,8 @@ def test_15_text_conditioned_in_betweening():
     for motions in (gt, pred):
         for motion, n in zip(motions, lengths, strict=True):
             motion[..., n:] = np.nan
+    with pytest.raises(ValueError, match=r"^gt: shape \(4, 263, 1, 196\) would be joints of 196 numbers each"):
+        npss.score(gt, pred, lengths=lengths)
     gt, pred = gt[:, :, 0].swapaxes(1, 2), pred[:, :, 0].swapaxes(1, 2)
     scores = npss.score(gt, pred, lengths=lengths)
     for n in set(lengths):

@@ -388,7 +388,9 @@ def test_invalid_lengths(lengths, error, message):
 
 def test_invalid_lists():
     short = [GT[0], GT[1, :5]]
+    batches = [np.ones((n, 50, 88)) for n in (8, 5)]
     cases = {
+        r"gt: sequence 0: shape \(1, 8, 50, 88\) would be joints of 88 numbers": (batches, batches),
         r"gt: the shape of sequence 1, \(5, 3\), differs from that of sequence 0, \(8, 4\)": ([GT[0], GT[1, :5, :3]],)
         * 2,
         "pred: 7 frames in sequence 0, but gt has 8; .* pass lengths=": (short, [GT[0, :7], GT[1, :5]]),
