@@ -48,10 +48,16 @@ GROUPS: dict[str, dict[str, str]] = {
         "_metric/metric.py _metric/registry.py": "metrics",
         "_metric/parts.py _analysis/pitfalls/parts.py": "metric/parts analysis/diagnose analysis/report",
         "_metric/speed.py": "metric/speed",
+        "_metric/joints.py _metric/position_error.py _metric/times.py": "metric/position_error",
+        "_metric/rotation_error.py": "metric/rotation_error",
+        "_metric/spectrum.py": "metric/spectrum",
+        "_metric/foot_skating.py": "metric/foot_skating",
+        "stochastic/_*.py": "stochastic/distances stochastic/score",
     },
     "rotations": {
         "rotations/_[!pu]*.py": (
-            "rotations/rotations rotations/accuracy rotations/euler rotations/legacy rotations/continuous"
+            "rotations/rotations rotations/accuracy rotations/euler rotations/legacy rotations/continuous "
+            "rotations/sixd rotations/slerp"
         ),
         "rotations/_unwrap.py": "rotations/unwrap",
         "rotations/_poses.py _metric/euler_error.py": "rotations/poses metric/euler_error",

@@ -89,11 +89,10 @@ def test_negative_examples():
     assert apd(samples) > apd(0.5 * samples)
     # At the threshold itself, two contexts are not similar.
     gt = np.array([[[0.0]], [[4.0]]])
-    still = np.zeros((1, 2, 1, 1))
     contexts = [[0.0], [1.0]]
-    assert mmade(gt, still, contexts, threshold=1.0) == 2.0
-    assert mmade(gt, np.stack([0 * gt, 0 * gt + 4]), contexts, threshold=1.0) == 0.0
-    assert mmade(gt[::-1], [0 * gt], contexts, threshold=1.1) == 2.0
+    assert mmade(gt, [gt], contexts, threshold=1.0) == 0.0
+    assert mmade(gt, [gt], contexts, threshold=1.1) == 2.0  # 0 to its own future, 4 to the other
+    assert mmade(gt, [0 * gt, 0 * gt + 4], contexts, threshold=1.1) == 0.0
 
 
 def test_blocks_of_futures_do_not_matter(monkeypatch):
