@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from npss._analysis.diagnose import Finding, diagnose
     from npss._analysis.interval import Interval, Range
     from npss._analysis.report import Report, report
+    from npss._identify.identification import Identification
+    from npss._identify.identify import identify
     from npss._metric.accumulator import Accumulator
     from npss._metric.euler_error import EulerErrorAt, euler_error, euler_error_curve, mse
     from npss._metric.explain import explain
@@ -48,6 +50,7 @@ __all__ = [
     "ConventionName",
     "EulerErrorAt",
     "Finding",
+    "Identification",
     "Interval",
     "Leaderboard",
     "Parts",
@@ -60,6 +63,7 @@ __all__ = [
     "euler_error_curve",
     "explain",
     "height_weighted_foot_skating",
+    "identify",
     "leaderboard",
     "metrics",
     "mse",
@@ -96,6 +100,7 @@ _LAZY = {
     "Comparison": "npss._analysis.compare",
     "EulerErrorAt": "npss._metric.euler_error",
     "Finding": "npss._analysis.diagnose",
+    "Identification": "npss._identify.identification",
     "Interval": "npss._analysis.interval",
     "Leaderboard": "npss.ranking._frame",
     "METRIC_VERSION": "npss._metric.signature",
@@ -108,6 +113,7 @@ _LAZY = {
     "euler_error_curve": "npss._metric.euler_error",
     "explain": "npss._metric.explain",
     "height_weighted_foot_skating": "npss._metric.foot_skating",
+    "identify": "npss._identify.identify",
     "leaderboard": "npss.ranking._leaderboard",
     "metrics": "npss.metrics",
     "mse": "npss._metric.euler_error",

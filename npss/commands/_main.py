@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import npss
-from npss.commands import _compare, _demo, _diagnose, _explain, _leaderboard, _report, _score, _study
+from npss.commands import _compare, _demo, _diagnose, _explain, _identify, _leaderboard, _report, _score, _study
 from npss.console import Parser, run
 
 
@@ -31,6 +31,6 @@ def _parser() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"npss {npss.__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (_score, _compare, _diagnose, _leaderboard, _report, _study, _explain, _demo):
+    for command in (_score, _compare, _diagnose, _leaderboard, _report, _study, _explain, _identify, _demo):
         command.add_parser(commands)
     return parser

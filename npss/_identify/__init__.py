@@ -1,0 +1,1 @@
+"""Which NPSS does a function compute? Run it on probes, and compare its values with all choices."""

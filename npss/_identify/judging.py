@@ -1,0 +1,239 @@
+"""Say what a function computes: what of the choices that fit differs from the named conventions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from npss._identify import no_power, search
+from npss._identify.calling import Subject, readings, sum_of_weights
+from npss._identify.choices import NOT_PART, TITLES, Choices
+from npss._identify.compute import Numbers, columns, size_of, spectra
+from npss._identify.finding import Found
+from npss._identify.identification import Identification
+from npss._identify.no_power import Rule
+from npss._identify.probes import Probe, batches, large
+from npss._identify.wording import line_of, text_of
+from npss._metric.convention import ConventionName
+from npss._metric.score import score
+
+_FIELDS = ("power", "bins", "distance", "weight")  # of `npss.Convention`, beside its rule for zeros
+_BATCHES = (8, 16, 32, 50, 64, 100, 128, 256)  # usual sizes
+
+
+def identification(subject: Subject, found: Found) -> Identification:
+    """Say what a function computes, given the choices that fit."""
+    choices = found.fits[0]
+    rule, scale = _rules(subject, found, choices)
+    if found.form.of_one:
+        choices = choices._replace(aggregation="unknown")
+    elif subject.is_class and not found.form.single and found.level == "set":
+        choices = choices._replace(aggregation=_over_updates(subject, found))
+    on_large = _on_large(subject, found)
+    choices = choices._replace(aggregation=on_large.pop("aggregation", choices.aggregation))
+    nearest = choices.nearest()
+    differences = choices.differences(nearest) | on_large
+    if scale:
+        differences["scale"] = scale
+    if len(found.fits) > 1:
+        others = [line_of(other, other.nearest()) for other in found.fits[1:]]
+        differences["precision"] = f"the function is too coarse to tell; it may also be: {' or: '.join(others)}"
+    own = {axis for axis in differences if axis not in _FIELDS}
+    custom = None if own or choices.weight in ("pred", NOT_PART) else choices.convention(rule.zero)
+    result = Identification(
+        convention=None if differences else nearest,
+        nearest=nearest,
+        differences=differences,
+        choices={axis: choices.words(axis) for axis in choices._fields},
+        no_power=rule.words,
+        order=subject.order,
+        custom=custom,
+        call=None if {"scale", "size", "precision"} & differences.keys() else choices.call(rule.zero),
+        example=_example(subject, found, nearest),
+    )
+    return replace(
+        result, text=text_of(result, found, choices, usual=rule.usual, merges=not _normalises_weights(subject, found))
+    )
+
+
+def _over_updates(subject: Subject, found: Found) -> str:
+    """Return how a class combines batches."""
+    whole, sizes = batches(found.form.frame)
+    try:
+        value = _values(subject, found, whole, sizes)
+    except Exception:
+        return "batches"
+    return _aggregation(value, whole, sizes, found) or "batches"
+
+
+def _on_large(subject: Subject, found: Found) -> dict[str, str]:
+    """Return what differs for many sequences, frames or features, in words, by axis: few do not show all."""
+    choices = found.fits[0]
+    differences: dict[str, str] = {}
+    for many, probe in large(found.form.frame, found.form.wider).items():
+        if many == "sequences" and found.form.single:
+            continue
+        try:
+            value = _values(subject, found, probe)
+            most = _tolerance(subject, found, probe, value)
+        except Exception:  # it may refuse so many
+            continue
+        expected = _expected(probe, choices)
+        if search.close(value, expected, most):
+            continue
+        if many == "sequences" and found.level == "set":
+            sizes = (_equal(len(probe.gt), size) for size in _BATCHES)
+            fitting = (_aggregation(value, probe, each, found) for each in sizes)
+            differences["aggregation"] = next(filter(None, fitting), "unknown")
+        else:
+            differences["size"] = f"many {many} score otherwise: {_both(value, expected)}"
+    return differences
+
+
+def _tolerance(subject: Subject, found: Found, probe: Probe, value: Numbers) -> float:
+    """Return the relative difference that rounding explains on a large probe, where sums have more terms."""
+    if found.tolerance <= search.LEAST:
+        return found.tolerance
+    again = [_values(subject, found, other) for other in search.scaled([probe])]
+    own = search.tolerances([value], again)
+    return found.tolerance if own is None else max(found.tolerance, float(own[0]))
+
+
+def _equal(total: int, size: int) -> tuple[int, ...]:
+    """Return the sizes of batches of equal size, but for the last."""
+    return (*[size] * (total // size), *[total % size] * (total % size > 0))
+
+
+def _aggregation(value: Numbers, whole: Probe, sizes: Sequence[int], found: Found) -> str | None:
+    """Return how the scores of batches are combined, or None if in no known way."""
+    choices = found.fits[0]
+    edges = np.cumsum([0, *sizes])
+    of_parts = [
+        _expected(whole._replace(gt=whole.gt[start:stop], pred=whole.pred[start:stop]), choices)
+        for start, stop in pairwise(edges)
+    ]
+    candidates = {
+        choices.aggregation: _expected(whole, choices),
+        "batch": np.mean(of_parts, axis=0),
+        "batch-size": np.average(of_parts, axis=0, weights=sizes),
+        "last": of_parts[-1],
+    }
+    fitting = (name for name, expected in candidates.items() if search.close(value, expected, found.tolerance))
+    return next(fitting, None)
+
+
+def _values(subject: Subject, found: Found, probe: Probe, sizes: Sequence[int] = ()) -> Numbers:
+    """Return the function's values of a probe, as they were read."""
+    outputs = subject(probe, found.form, sizes)
+    single = found.form.single and not subject.is_class
+    return readings([outputs], [probe], single=single)[found.level, found.returns][0]
+
+
+def _expected(probe: Probe, choices: Choices) -> Numbers:
+    """Return the numbers of a combination of choices for a probe."""
+    with np.errstate(all="ignore"):
+        of = columns(spectra(probe.gt, probe.pred, probe.frame, choices), choices)
+        return np.ravel(search.value_of(of, choices)) * choices.factor.of(*size_of(probe.gt.shape))
+
+
+def _normalises_weights(subject: Subject, found: Found) -> bool:
+    """Return whether a function returns distances and weights that do not grow with the motion."""
+    if "weights" not in found.returns or found.fits[0].weight == "uniform":
+        return False
+    probe = found.probes[0]
+    sums = [sum_of_weights(subject(each, found.form)[0]) for each in (probe, probe.scaled(2, 2))]
+    return search.close(sums[1], sums[0], found.tolerance)
+
+
+def _rules(subject: Subject, found: Found, choices: Choices) -> tuple[Rule, str | None]:
+    """Return the rule for features without power, and how scores depend on the scale of the motion if they do."""
+    probe = found.probes[0]
+
+    def value_of(other: Probe) -> Numbers | str:
+        try:
+            return _values(subject, found, other)
+        except Exception as error:
+            return f"raises {type(error).__name__}"
+
+    rule = no_power.rule_of(
+        [value_of(each) for each in no_power.silent(probe, choices)], probe, choices, found.tolerance
+    )
+    small = [probe.scaled(size, size) for size in no_power.small(found.tolerance)]
+    loud = [probe.scaled(size, size) for size in no_power.large(found.tolerance)]
+    of_small, of_large = ([value_of(each) for each in probes] for probes in (small, loud))
+    if (other := _other(of_small, found)) is not None:
+        numbers = [value for value in of_small if not isinstance(value, str)]
+        epsilon = None
+        if len(numbers) == len(small):
+            epsilon = no_power.epsilon_of(numbers, small, choices, found.tolerance)
+        if epsilon is None:
+            return rule, f"small motion scores otherwise: {other}"
+        rule = Rule(f"{rule.words}; {epsilon}, so small motion scores otherwise", rule.zero)
+    if (other := _other(of_large, found)) is not None:
+        return rule, f"large motion scores otherwise: {other}"
+    return rule, None
+
+
+def _other(values: Sequence[Numbers | str], found: Found) -> str | None:
+    """Return the last of the values that differs from that of the first probe, in words, or None."""
+    expected = found.values[0]
+    for value in values[::-1]:
+        if isinstance(value, str):
+            return value
+        if not search.close(value, expected, found.tolerance):
+            return _both(value, expected)
+    return None
+
+
+def _both(value: Numbers, expected: Numbers) -> str:
+    return f"{value.flat[0]:.4g} instead of {expected.flat[0]:.4g}"
+
+
+def _example(subject: Subject, found: Found, name: ConventionName) -> tuple[float, float]:
+    """Return the function's value of the first example, and the score by a named convention."""
+    gt, pred, _ = found.probes[0]
+    if found.level == "sequence":
+        gt, pred = gt[:1], pred[:1]
+    if found.level == "column":
+        gt, pred = gt[:1, :, :1], pred[:1, :, :1]
+    return float(found.values[0].flat[0]), score(gt, pred, convention=name)
+
+
+def no_npss(subject: Subject, found: Found) -> Identification:
+    """Say why a function is no NPSS."""
+    probe = found.probes[0]
+    value = found.values[0]
+    faults = []
+    if not np.isfinite(np.concatenate([np.ravel(value) for value in found.values])).all():
+        faults.append("it is not finite for ordinary motion")
+    elif not any(value.any() for value in found.values):
+        faults.append("it is 0 for all motions")
+    else:
+        changed = {
+            "it is not 0 for equal motions": (probe._replace(pred=probe.gt), 0.0 * value),
+            "it changes with the scale of both motions": (probe.scaled(2, 2), value),
+            "it changes with the scale of the prediction": (probe.scaled(1, 2), value),
+        }
+        size = float(np.abs(value).mean()) or 1.0
+        for fault, (other, expected) in changed.items():
+            try:
+                of = _values(subject, found, other)
+            except Exception:  # it refuses such motion
+                continue
+            change = float(np.abs(of - expected).max()) / size
+            if not change <= found.tolerance:
+                faults.append(f"{fault}, by {change:.2g} of its value")
+    reasons = (
+        "; ".join(faults) or "it is 0 for equal motions and ignores scale, as an NPSS does, but its numbers differ"
+    )
+    axes = ", ".join(TITLES.values())
+    text = (
+        f"no NPSS: the values of {subject.name} fit no combination of the choices of public functions ({reasons}).\n"
+        f"The choices tried are of {axes}. It was called with {found.form.words()}."
+    )
+    if found.refused:
+        text += f"\nIt does not take {found.refused}; if it needs frames of one shape, pass frame=."
+    return Identification(convention=None, nearest=None, order=subject.order, text=text)
