@@ -17,7 +17,7 @@ from npss._metric.convention import CONVENTIONS, Convention, ConventionName
 from npss._metric.score import score, score_windows
 
 if TYPE_CHECKING:
-    from npss import metrics, plot, protocol, published, records, rotations, skeleton, stochastic, study
+    from npss import inbetweening, metrics, plot, protocol, published, records, rotations, skeleton, stochastic, study
     from npss._analysis.compare import Comparison, compare
     from npss._analysis.diagnose import Finding, diagnose
     from npss._analysis.interval import Interval, Range
@@ -64,6 +64,7 @@ __all__ = [
     "explain",
     "height_weighted_foot_skating",
     "identify",
+    "inbetweening",
     "leaderboard",
     "metrics",
     "mse",
@@ -114,6 +115,7 @@ _LAZY = {
     "explain": "npss._metric.explain",
     "height_weighted_foot_skating": "npss._metric.foot_skating",
     "identify": "npss._identify.identify",
+    "inbetweening": "npss.inbetweening",
     "leaderboard": "npss.ranking._leaderboard",
     "metrics": "npss.metrics",
     "mse": "npss._metric.euler_error",

@@ -8,14 +8,18 @@ from importlib.resources import files
 from typing import Any, Literal, get_args
 
 from npss._metric.convention import ConventionName
-from npss._metric.registry import EULER_ERROR, NPSS
+from npss._metric.metric import Metric
+from npss._metric.registry import EULER_ERROR, L2P, L2Q, METRICS, NPSS
 from npss._metric.signature import signature
+from npss.protocol import lafan1
+from npss.protocol._in_betweening import MetricName
 from npss.records import Record, signature_of
 from npss.validation import one_of
 
 __all__ = ["records", "reference"]
 
 _LAFAN1 = "in-betweening"
+_OTHERS: Mapping[MetricName, Metric] = {"l2q": L2Q, "l2p": L2P}
 _COPIED = ("6", "zero-velocity")  # the NPSS paper copied it from Martinez et al. 2017, so it has their windows
 Published = Literal["srnn-8", "srnn-8-late", "lafan1"]  # protocols of published numbers
 
@@ -23,8 +27,8 @@ Published = Literal["srnn-8", "srnn-8-late", "lafan1"]  # protocols of published
 def records(source: str | None = None, *, protocol: Published | None = None) -> list[Record]:
     """Return published numbers as records, to print, rank or plot beside your own.
 
-    They are tables 4 to 7 of the NPSS paper, and rows of LaFAN1's in-betweening benchmark. Their NPSS is that of the
-    released code, so it is comparable with your own by ``'released'`` and no other convention.
+    They are tables 4 to 7 of the NPSS paper, and rows of LaFAN1's in-betweening benchmark (L2Q, L2P and NPSS). Their
+    NPSS is that of the released code, so it is comparable with your own by ``'released'`` and no other convention.
 
     Parameters
     ----------
@@ -40,8 +44,10 @@ def records(source: str | None = None, *, protocol: Published | None = None) -> 
     list of dict
         A record for each model and action; LaFAN1's actions are ``'in-betweening, 5 frames'`` and so on. Keys:
         ``model``, ``action``; as far as published, ``euler_error`` (radians, by milliseconds), ``npss`` (by
-        convention) and ``npss_windows`` (by convention and window); ``signature``, ``signatures``; ``source`` (the
-        paper and its tables) and ``published``, which is True. Numbers that were not published are absent.
+        convention), ``npss_windows`` (by convention and window) and ``metrics`` (``L2Q``, ``L2P``); ``signature``,
+        ``signatures``; ``source`` (the paper, and its tables or where else the numbers are) and ``published``, which is
+        True; ``printed``, for LaFAN1: the numbers by metric, with their published digits. Numbers that were not
+        published are absent.
 
     Raises
     ------
@@ -140,12 +146,16 @@ def _record(rows: list[dict[str, str]], protocol: str) -> Record:
     record: dict[str, Any] = {"model": first["model"], "action": first["action"]}
     errors = {row["at"]: float(row["value"]) for row in rows if row["metric"] == EULER_ERROR.name}
     scores = {row["at"]: float(row["value"]) for row in rows if row["metric"] == NPSS.name}
-    fields: dict[str, Any] = {"fps": 25, "frames": 100, "representation": "euler", "protocol": protocol}
+    fields: dict[str, Any] = {
+        "fps": 25,
+        "frames": 100,
+        "representation": "euler",
+        "protocol": protocol,
+        "unwrap": "off",
+    }
     if first["action"] == _LAFAN1:
-        record["action"] = f"{_LAFAN1}, {first['frames']} frames"
-        fields = {"fps": 30, "frames": int(first["frames"])}
-        fields |= {"representation": "global-quaternions", "protocol": "lafan1", "quaternions": "continuous"}
-    fields["unwrap"] = "off"
+        record["action"] = lafan1.action(int(first["frames"]))
+        fields = {"frames": int(first["frames"]), **lafan1.fields()}
     if errors:
         record["euler_error"] = errors
         fields |= EULER_ERROR.stated()
@@ -154,10 +164,17 @@ def _record(rows: list[dict[str, str]], protocol: str) -> Record:
     if windows := {window: score for window, score in scores.items() if window}:
         record["npss_windows"] = {"released": windows}
     _state(record, fields)
-    tables = list(dict.fromkeys(row["table"] for row in rows if row["table"]))
-    where = f", Table{'s' if len(tables) > 1 else ''} {', '.join(tables)}" if tables else ""
-    record["source"] = first["source"] + where
+    for name, metric in _OTHERS.items():
+        for row in (row for row in rows if row["metric"] == name):
+            record.setdefault("metrics", {})[metric.heading] = float(row["value"])
+            meaning = signature(None, metric=name, frames=fields["frames"], **lafan1.fields(name))
+            record["signatures"][metric.heading] = meaning
+    places = list(dict.fromkeys(row["table"] for row in rows))
+    numbered = f"Table{'s' if len(places) > 1 else ''} {', '.join(places)}"
+    record["source"] = f"{first['source']}, {numbered if places[0].isdecimal() else ' and '.join(places)}"
     record["published"] = True
+    if first["action"] == _LAFAN1:
+        record["printed"] = {METRICS[row["metric"]].heading: row["value"] for row in rows}
     return record
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from npss._metric.convention import CONVENTIONS, Convention, as_convention, convention_name
 from npss._metric.fields import FIELDS
-from npss._metric.registry import EULER_ERROR, METRICS, NPSS
+from npss._metric.registry import EULER_ERROR, L2P, L2Q, METRICS, NPSS
 from npss._metric.signature import METRIC_VERSION, parse_signature, stated_of
 
 _CHOICES = {
@@ -28,6 +28,8 @@ _NAMED = {
     "literal": "equations 7 to 9 of the NPSS paper as printed",
 }
 
+_LAFAN1 = "the LaFAN1 in-betweening tables"
+_TRANSITIONS = {"fps": (30,), "frames": (5, 15, 30, 45), "protocol": ("lafan1",), "unwrap": ("off",)}
 #: The fields and values that make a number comparable to each published table; None: the field may be missing. A field
 #: unknown to the table makes the number incomparable.
 _TABLES: dict[str, dict[str, dict[str, tuple[object, ...]]]] = {
@@ -42,16 +44,30 @@ _TABLES: dict[str, dict[str, dict[str, tuple[object, ...]]]] = {
             "normalize": (None,),
             "window": ("0-1", "1-2", "2-4", None),
         },
-        "the LaFAN1 in-betweening tables": {
+        _LAFAN1: {
             "convention": ("released",),
             "representation": ("global-quaternions",),
-            "fps": (30,),
-            "frames": (5, 15, 30, 45),
-            "protocol": ("lafan1",),
-            "unwrap": ("off",),
+            **_TRANSITIONS,
             "normalize": (None,),
             "quaternions": ("continuous",),
         },
+    },
+    L2Q.name: {
+        _LAFAN1: {
+            "representation": ("global-quaternions",),
+            **_TRANSITIONS,
+            "quaternions": ("continuous",),
+            "hemisphere": ("anchored",),
+            "norm": ("pose",),
+        }
+    },
+    L2P.name: {
+        _LAFAN1: {
+            "representation": ("global-positions",),
+            **_TRANSITIONS,
+            "norm": ("pose",),
+            "positions": ("standardised",),
+        }
     },
     EULER_ERROR.name: {
         "tables 6 and 7 of the NPSS paper (Human3.6M)": {
@@ -71,7 +87,7 @@ _UNKNOWN = "strong evidence, not fact: the first frame behind the paper's rows i
 _EVIDENCE = {
     (NPSS.name, "srnn-8"): f"{_UNKNOWN} one frame later (srnn-8-late)",
     (NPSS.name, "srnn-8-late"): f"{_UNKNOWN} here",
-    (NPSS.name, "lafan1"): "fact: the benchmark's own code computes this number",
+    **{(metric.name, "lafan1"): "fact: the benchmark's own code computes this number" for metric in (NPSS, L2Q, L2P)},
     (EULER_ERROR.name, "srnn-8"): f"{_UNKNOWN} one frame later (srnn-8-late)",
     (EULER_ERROR.name, "srnn-8-late"): (
         f"{_UNKNOWN} here, but the zero-velocity row of table 6, copied from Martinez et al., uses srnn-8"

@@ -37,6 +37,7 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
                 "euler": "Euler angles in the Human3.6M convention, columns 0-5 zeroed",
                 "matrix": "rotation matrices, row by row",
                 "global-quaternions": "unit quaternions of global rotations, as in LaFAN1's benchmark",
+                "global-positions": "positions of joints in the frame of the window, as in LaFAN1's benchmark",
             },
         ),
         "frames": Field("predicted frames (T)", "whole number"),
@@ -87,17 +88,45 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
         ),
         "corruption": Field("corruption of the motion"),
         "draws": Field("predictions of each sequence", "whole number"),
+        "hemisphere": Field(
+            "signs of quaternions in L2Q",
+            "one of",
+            {
+                "anchored": "continuous in time; the prediction begins in the hemisphere of the ground truth",
+                "nearest": "the nearer one, for every joint and frame",
+                "given": "as they are",
+            },
+        ),
         "lengths": Field("predicted frames, if sequences differ: the fewest and the most"),
         "manifold": Field("manifold in which distances are measured"),
         "matches": Field("clips to retrieve"),
         "model": Field("model that projects the motion"),
         "motion": Field("digest of the motion"),
+        "norm": Field(
+            "norm of the differences in L2Q and L2P",
+            "one of",
+            {
+                "pose": "over all joints and components of a frame, averaged over frames",
+                "joint": "of each joint, averaged over joints and frames",
+                "rmse": "the root of the mean square over frames, joints and components of a sequence",
+            },
+        ),
         "normalize": Field(
             "unit of the score",
             "one of",
             {"bound": "its largest value, T / 2 or 2; the weight is the power / T^2, if it is the power"},
         ),
         "pairs": Field("pairs of windows", "whole number"),
+        "positions": Field(
+            "positions in L2P",
+            "one of",
+            {
+                "standardised": "each coordinate by its mean and standard deviation over the training windows",
+                "m": "in metres",
+                "cm": "in centimetres",
+                "mm": "in millimetres",
+            },
+        ),
         "quaternions": Field(
             "signs of quaternions",
             "one of",

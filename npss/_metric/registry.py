@@ -12,6 +12,7 @@ from npss._metric.contributions import contributions
 from npss._metric.convention import CONVENTIONS, Convention, as_convention
 from npss._metric.euler_error import mse, sequence_errors
 from npss._metric.frames import whole_frames
+from npss._metric.in_betweening import flat_l2p, flat_l2q
 from npss._metric.metric import Measured, Metric
 from npss._metric.position_error import Align, sequence_position_errors, sequence_root_errors
 from npss._metric.rotation_error import sequence_rotation_errors
@@ -88,6 +89,22 @@ MSE = Metric(
     function=_mse,
     says="the mean, over sequences, frames and features, of the squared difference",
     heading="MSE",
+)
+L2Q = Metric(
+    name="l2q",
+    function=flat_l2q,
+    says="the Euclidean norm of the difference of global quaternions, averaged over frames and sequences",
+    heading="L2Q",
+    digits=4,
+    fields={"hemisphere": "anchored", "norm": "pose"},
+)
+L2P = Metric(
+    name="l2p",
+    function=flat_l2p,
+    says="the Euclidean norm of the difference of global positions, averaged over frames and sequences",
+    heading="L2P",
+    digits=4,
+    fields={"norm": "pose", "positions": None},
 )
 
 _POSITIONS: dict[str, Any] = {
@@ -166,6 +183,8 @@ METRICS: Registry[Metric] = Registry(
             TRAJECTORY_ERROR,
             ROTATION_ERROR,
             SPECTRUM_DIVERGENCE,
+            L2Q,
+            L2P,
         )
     },
 )

@@ -199,6 +199,20 @@ def stated_with(
     return {**known, **context, "extra": check_names(call, context, extra, known)}
 
 
+def differences(own: str, other: str) -> list[str]:
+    """Return the fields in which a signature differs from another one: ``fps must be 30, not 60``."""
+    mine, theirs = _fields_of(own), _fields_of(other)
+    found = []
+    for name in dict.fromkeys([*theirs, *mine]):
+        if name not in mine:
+            found.append(f"{name} must be {theirs[name]}, but is not stated")
+        elif name not in theirs:
+            found.append(f"{name} must not be stated, but is {mine[name]}")
+        elif mine[name] != theirs[name]:
+            found.append(f"{name} must be {theirs[name]}, not {mine[name]}")
+    return found
+
+
 def higher_is_better(signature: str) -> bool:
     """Return whether a signature states that higher is better."""
     return bool(parse_signature(signature).get("better") == "higher")
@@ -218,6 +232,12 @@ def with_fields_of(metric: Metric, fields: Mapping[str, Any]) -> dict[str, Any]:
         if name in fields or name in extra:
             raise TypeError(f"{name}: the signature states it anyway; leave it out")
     return {**fields, **own, "extra": {**own_extra, **extra}}
+
+
+def _fields_of(signature: str) -> dict[str, str]:
+    """Return the fields of a signature as text."""
+    metric, *parts = signature.split("|")
+    return {"metric": metric} | dict(part.split(":", 1) for part in parts)
 
 
 def _write(name: str, value: object) -> str:

@@ -12,6 +12,7 @@ from npss import published as published_rows
 from npss._analysis.blocks import Blocks, Label, read_groups
 from npss._analysis.report import Report
 from npss._metric.fields import Value, check_names
+from npss._metric.signature import differences
 from npss.files._arrays import MAX_SIZE
 from npss.ranking._methods import averaged, read_methods
 from npss.ranking._results import Result, result_of_report, results_of_record
@@ -251,7 +252,22 @@ def _same(kind: str, results: list[Result], records: Sequence[Record]) -> list[R
     rows = [result for record in records for result in results_of_record(record)]
     same = [row for row in rows if (mine := own.get((row.action, row.column))) is not None and row.means_as(mine)]
     if not same:
-        closest = next((row for row in rows if (row.action, row.column) in own), rows[0])
-        other = own.get((closest.action, closest.column), results[0])
-        raise ValueError(f"{kind}: no {kind} number means the same as yours: {closest.signature} and {other.signature}")
+        raise ValueError(f"{kind}: no {kind} number means the same as yours: {_nearest(results, rows)}")
     return same
+
+
+def _nearest(results: Sequence[Result], rows: Sequence[Result]) -> str:
+    """Say how the number that is nearest in meaning to a published or reference one differs from it."""
+    pairs = [(mine, row) for mine in results for row in rows if mine.column == row.column]
+    if not pairs:
+        return f"theirs are {', '.join(dict.fromkeys(row.column for row in rows))}"
+
+    def distance(pair: tuple[Result, Result]) -> tuple[int, bool]:
+        mine, row = pair
+        return len(differences(mine.signature, row.signature)), mine.action != row.action
+
+    mine, row = min(pairs, key=distance)
+    found = differences(mine.signature, row.signature)
+    if mine.action != row.action:
+        found.append(f"the action must be {row.action!r}, not {mine.action!r}")
+    return f"{mine.column} of {mine.model}: {'; '.join(found)}"

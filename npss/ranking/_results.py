@@ -17,6 +17,7 @@ from npss._metric.convention import as_convention
 from npss._metric.metric import Metric
 from npss._metric.registry import EULER_ERROR, NPSS, metric_of_column
 from npss._metric.signature import parse_signature
+from npss.protocol import lafan1
 from npss.ranking._names import model_name, one_line
 from npss.records import Record, signature_of
 from npss.stochastic import SampleReport
@@ -165,8 +166,11 @@ def _traits(metric: Metric | None) -> dict[str, Any]:
 
 
 def result_of_report(model: str, action: str, report: Report | SampleReport) -> Result:
-    """Read the score of a report."""
-    convention = parse_signature(report.signature)["convention"]
+    """Read the score of a report; without an action, that of an in-betweening protocol follows from its signature."""
+    meaning = parse_signature(report.signature)
+    convention = meaning["convention"]
+    if not action and meaning.get("protocol") == lafan1.name and "frames" in meaning:
+        action = lafan1.action(meaning["frames"])
     name = convention if isinstance(convention, str) else report.signature.split("convention:")[1].split("|")[0]
     samples: tuple[float, ...] = ()
     if isinstance(report, SampleReport):

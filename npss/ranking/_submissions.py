@@ -20,7 +20,8 @@ from npss.files._json import read_json
 from npss.files._meta import Meta
 from npss.files._results import is_folder_of_results, read_results
 from npss.files._samples import Pair, features_of
-from npss.protocol import BLOCKED, FPS, SLICES_MS, TEST_LENGTHS, window_blocks
+from npss.protocol import FPS, SLICES_MS, TEST_LENGTHS, window_blocks
+from npss.protocol._h36m import BLOCKED
 from npss.ranking._names import names_of_paths
 from npss.records import Record, measure
 

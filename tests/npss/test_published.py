@@ -30,7 +30,10 @@ def h36m():
 
 def test_number_of_cells(rows):
     cells = Counter(row["table"] for row in rows)
-    assert cells == {"4": 6 * 4, "5": 6 * 4 * 3, "6": 4 * 4 * 4, "7": 4 * (6 * 6 + 3 * 5), "": 4 + 4 + 3 + 4}
+    numbered = {name: cells.pop(name) for name in "4567"}
+    assert numbered == {"4": 6 * 4, "5": 6 * 4 * 3, "6": 4 * 4 * 4, "7": 4 * (6 * 6 + 3 * 5)}
+    assert sum(cells.values()) == 3 * (4 + 4 + 3 + 4 + 4)  # L2Q, L2P and NPSS of in-betweening
+    assert all(cells)
 
 
 def test_every_cell_is_in_one_record(rows):
@@ -40,6 +43,8 @@ def test_every_cell_is_in_one_record(rows):
         cells.update(record.get("npss", {}).values())
         cells.update(record.get("npss_windows", {}).get("released", {}).values())
         cells.update(record.get("euler_error", {}).values())
+        cells.update(record.get("metrics", {}).values())
+        assert {float(text) for text in record.get("printed", {}).values()} <= set(cells)
     assert cells == values
 
 
@@ -123,26 +128,56 @@ def test_lafan1():
         assert "NPSS: comparable with the LaFAN1" in npss.explain(record["signature"])
         assert record["action"] == f"in-betweening, {values['frames']} frames"
         assert "euler_error" not in record
-        rows.setdefault((record["model"], record["source"]), {})[values["frames"]] = record["npss"]["released"]
+        assert {name: float(text) for name, text in record["printed"].items()} == {
+            "NPSS": record["npss"]["released"],
+            **record["metrics"],
+        }
+        numbers = tuple(record["printed"][name] for name in ("L2Q", "L2P", "NPSS"))
+        rows.setdefault((record["model"], record["source"]), {})[values["frames"]] = numbers
     assert rows == {
-        ("zero-velocity", LAFAN1[0]): {5: 0.0053, 15: 0.0522, 30: 0.2318, 45: 0.4918},
-        ("interpolation", LAFAN1[0]): {5: 0.0023, 15: 0.0391, 30: 0.2013, 45: 0.4493},
-        ("Delta-interpolator", LAFAN1[1]): {5: 0.0014, 15: 0.0217, 30: 0.1217},
-        ("two-stage transformer", LAFAN1[2]): {5: 0.0011, 15: 0.0188, 30: 0.1124, 45: 0.3217},
+        ("zero-velocity", f"{LAFAN1[0]}, the benchmark"): {
+            5: ("0.56", "1.52", "0.0053"),
+            15: ("1.10", "3.69", "0.0522"),
+            30: ("1.51", "6.60", "0.2318"),
+            45: ("1.81", "9.33", "0.4918"),
+        },
+        ("interpolation", f"{LAFAN1[0]}, the benchmark and the benchmark's tests"): {
+            5: ("0.22", "0.373", "0.0023"),
+            15: ("0.62", "1.25", "0.0391"),
+            30: ("0.98", "2.32", "0.2013"),
+            45: ("1.25", "3.45", "0.4493"),
+        },
+        ("Delta-interpolator", f"{LAFAN1[1]}, the authors' notebook (mean of 8 seeds)"): {
+            5: ("0.1138", "0.1290", "0.0014"),
+            15: ("0.3175", "0.4670", "0.0217"),
+            30: ("0.5723", "0.9954", "0.1217"),
+        },
+        ("two-stage transformer", f"{LAFAN1[2]}, the authors' repository"): {
+            5: ("0.0994", "0.1049", "0.0011"),
+            15: ("0.2839", "0.3943", "0.0188"),
+            30: ("0.5446", "0.8948", "0.1124"),
+            45: ("0.8727", "1.6777", "0.3217"),
+        },
+        ("context transformer", f"{LAFAN1[2]}, the authors' repository"): {
+            5: ("0.1325", "0.1717", "0.0015"),
+            15: ("0.3287", "0.4923", "0.0212"),
+            30: ("0.5991", "1.0663", "0.1238"),
+            45: ("0.9170", "1.9972", "0.3369"),
+        },
     }
 
 
 def test_signatures_of_the_tables():
     for record in published.records():
-        expected = {"released"} if "npss" in record else set()
+        expected = ({"released"} if "npss" in record else set()) | set(record.get("metrics", {}))
         assert set(record["signatures"]) == expected | ({"euler_error"} if "euler_error" in record else set())
         for text in (record["signature"], *record["signatures"].values()):
             assert npss.signature(**npss.parse_signature(text)) == text
         for name, text in record["signatures"].items():
-            subject = "Euler error" if name == "euler_error" else "NPSS"
+            subject = {"euler_error": "Euler error", "released": "NPSS"}.get(name, name)
             assert f"{subject}: comparable with" in npss.explain(text)
         whole = npss.explain(record["signature"])
-        assert whole.count(": comparable with") == len(record["signatures"])
+        assert whole.count(": comparable with") == len(record["signatures"]) - len(record.get("metrics", {}))
 
 
 def test_records_have_the_format_of_evaluate(h36m):
@@ -154,7 +189,7 @@ def test_records_have_the_format_of_evaluate(h36m):
     assert [*measured, "source", "published"] == list(h36m["VGRU-d", "walking"])
     for record in published.records():
         assert record["published"] is True
-        order = [*measured, "source", "published"]
+        order = [*measured, "metrics", "source", "published", "printed"]
         assert list(record) == sorted(record, key=order.index)
 
 
@@ -162,7 +197,7 @@ def test_by_source():
     everything = published.records()
     parts = [published.records(source) for source in (H36M, *LAFAN1)]
     assert [record for part in parts for record in part] == everything
-    assert [len(part) for part in parts] == [13 * 4, 8, 3, 4]
+    assert [len(part) for part in parts] == [13 * 4, 8, 3, 8]
     with pytest.raises(ValueError, match=r"source: expected one of Gopalakrishnan et al. 2019, .*got 'NPSS'"):
         published.records("NPSS")
     with pytest.raises(TypeError, match="source: expected one of"):

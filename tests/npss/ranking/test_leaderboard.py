@@ -460,10 +460,37 @@ class TestPublished:
         assert theirs["source"].str.contains("Gopalakrishnan").all()
         assert "Gopalakrishnan" in board.to_markdown()
 
-    @pytest.mark.parametrize("changed", [{"frames": 50}, {"protocol": "random-256"}, {"unwrap": "target"}])
-    def test_none_of_another_meaning(self, changed):
-        with pytest.raises(ValueError, match=r"published: no published number means the same.*srnn-8.* and npss"):
+    @pytest.mark.parametrize(
+        ("changed", "difference"),
+        [
+            ({"frames": 50}, "frames must be 100, not 50"),
+            ({"protocol": "random-256"}, "protocol must be srnn-8, not random-256"),
+            ({"unwrap": "target", "fps": 50}, "fps must be 25, not 50; unwrap must be off, not target"),
+            ({"draws": 3}, "draws must not be stated, but is 3"),
+        ],
+    )
+    def test_none_of_another_meaning(self, changed, difference):
+        message = f"^published: no published number means the same as yours: NPSS released of mine: {difference}$"
+        with pytest.raises(ValueError, match=message):
             npss.leaderboard([self.record(**changed)], published=True)
+
+    def test_reports_of_in_betweening(self):
+        """The action follows from the signature; what is not stated is named."""
+        motion = np.random.default_rng(0).normal(size=(2, 3, 30, 88))
+        report = npss.report(*motion, convention="released", **npss.protocol.lafan1.fields())
+        for source in ({"mine": report}, {"mine": {"in-betweening, 30 frames": report}}):
+            board = npss.leaderboard(source, published=True)
+            assert board.loc["interpolation (published)", ("in-betweening, 30 frames", "NPSS released")] == 0.2013
+        with pytest.raises(ValueError, match=r"mine: the action must be 'in-betweening, 30 frames', not 'walking'$"):
+            npss.leaderboard({"mine": {"walking": report}}, published=True)
+        fields = npss.protocol.lafan1.fields()
+        del fields["unwrap"]
+        report = npss.report(*motion, convention="released", **fields)
+        with pytest.raises(ValueError, match=r"NPSS released of mine: unwrap must be off, but is not stated$"):
+            npss.leaderboard({"mine": report}, published=True)
+        report = npss.report(*motion, **fields)
+        with pytest.raises(ValueError, match=r"means the same as yours: theirs are NPSS released, "):
+            npss.leaderboard({"mine": report}, published=True)
 
     def test_other_actions_have_none(self):
         with pytest.raises(ValueError, match="published: no published number"):

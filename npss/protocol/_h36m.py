@@ -1,4 +1,4 @@
-"""The protocol of Human3.6M, shared by comparable numbers: test windows, times and normalisation."""
+"""The protocol of Human3.6M: test windows, times and normalisation."""
 
 from __future__ import annotations
 
@@ -10,10 +10,8 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 import numpy.typing as npt
 
-from npss._metric.euler_error import MOVES
 from npss._metric.frames import whole_frames
 from npss.rotations._forms import result_dtype
-from npss.rotations._poses import POSE
 from npss.validation import (
     Array,
     Float64,
@@ -25,28 +23,6 @@ from npss.validation import (
     positive_number,
     real_array,
 )
-
-__all__ = [
-    "ACTIONS",
-    "COLUMNS",
-    "FPS",
-    "MOVES",
-    "POSE",
-    "SLICES_MS",
-    "TEST_LENGTHS",
-    "TEST_SUBJECT",
-    "TRAIN_SUBJECTS",
-    "Normalization",
-    "Window",
-    "chain_blocks",
-    "frames_to_ms",
-    "ms_to_frames",
-    "normalization",
-    "random_windows",
-    "srnn_windows",
-    "stretch_blocks",
-    "window_blocks",
-]
 
 #: The actions of Human3.6M, named as its files.
 ACTIONS = (
