@@ -162,7 +162,7 @@ def _conventions(values: dict[str, Any]) -> list[Convention]:
 
 
 def _compare(values: dict[str, Any], table: str, required: dict[str, tuple[object, ...]]) -> str:
-    expected = {"metric", "version", "extra", *required}
+    expected = {"metric", "version", "extra", "verified", *required}
     missing = [name for name, allowed in required.items() if name not in values and None not in allowed]
     missing += [f"the meaning of {name}" for name in values if name not in expected and values[name] is not None]
     missing += [f"the meaning of {name}" for name in values.get("extra", ())]
@@ -178,6 +178,8 @@ def _compare(values: dict[str, Any], table: str, required: dict[str, tuple[objec
         elif name in values and values[name] not in allowed:
             choices = " or ".join(str(value) for value in allowed if value is not None) or "left out"
             differing.append(f"{name} must be {choices}, not {values[name]}")
+    if values.get("verified") == "no":
+        differing.append(f"the ground truth is not that of {values.get('protocol', 'the protocol')}")
     if values["version"] != METRIC_VERSION:
         differing.append(f"version must be {METRIC_VERSION}, not {values['version']}")
     if differing:

@@ -156,6 +156,9 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
             {"zero": "none, their error counts as zero"},
         ),
         "unlabelled": Field("clips without an action label", "whole number"),
+        "verified": Field(
+            "ground truth compared to the protocol's", "one of", {"no": "it is another (npss.protocol.verify)"}
+        ),
     }
 )
 

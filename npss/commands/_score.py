@@ -22,7 +22,7 @@ from npss.files._arrays import naming_file
 from npss.files._formats import listed
 from npss.files._results import read_results
 from npss.files._samples import Pair, add_max_size, converted, read_pair
-from npss.protocol import FPS, SLICES_MS
+from npss.protocol import ACTIONS, FPS, SLICES_MS, VERIFIED, Verification, lafan1, verify
 from npss.ranking._submissions import described
 from npss.records import Record, measure, signature_of
 from npss.rotations._unwrap import unwrap
@@ -66,7 +66,13 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("--key", metavar="NAME", help="score only the arrays of this name (default: all)")
     parser.add_argument("--representation", metavar="NAME", help="state in the signature what the features are")
-    parser.add_argument("--protocol", metavar="NAME", help="state in the signature which test windows these are")
+    parser.add_argument(
+        "--protocol",
+        metavar="NAME",
+        help="state in the signature which test windows these are; "
+        f"{', '.join(VERIFIED)}: also compare the ground truth to theirs, and stand beside no published rows if it is "
+        "another; other names are unverified",
+    )
     parser.add_argument(
         "--fps", type=float, metavar="N", help="state the frames per second, which --edges-ms and --at-ms need"
     )
@@ -163,10 +169,11 @@ def _record(
     advice: str,
 ) -> Record:
     n_frames = pair.gt.shape[-2 if pair.gt.ndim == 2 else 1] if pair.gt.ndim > 1 else 0
-    times = options.at_ms
+    times, protocol = options.at_ms, context.get("protocol")
     if samples and not times:
         times = [time for time in SLICES_MS if time * (fps or FPS) <= n_frames * 1000]
     try:
+        verification = _verified(pair, poses, protocol, fps)
         record = measure(
             pair.gt,
             pair.pred,
@@ -180,11 +187,15 @@ def _record(
             workers=options.workers,
             frames=n_frames,
             **context,
+            **({} if verification is None else verification.stated),
         )
     except (TypeError, ValueError) as error:
         of_an_option = str(error).partition(":")[0] in vars(options)
         where = "" if pair.name is None or of_an_option else f"{pair.name}: "
         raise type(error)(f"{where}{error}{'' if of_an_option else advice}") from error
+    if protocol is not None:
+        unverified = {"protocol": protocol, "ok": None}
+        record["verification"] = unverified if verification is None else verification.as_dict()
     motions = motion_pair(pair.gt, pair.pred, context.get("representation"))
     if options.unwrap != "off":
         motions = unwrap(motions[0]), unwrap(motions[1])
@@ -193,6 +204,31 @@ def _record(
         curve = euler_error_curve(pair.gt, pair.pred)
         record["stored_curve_difference"] = float(np.abs(curve - pair.stored_curve).max())
     return record if pair.name is None else {"action": pair.name, **record}
+
+
+def _verified(pair: Pair, poses: Pair | None, protocol: str | None, fps: float | None) -> Verification | None:
+    """Compare the ground truth to that of the protocol; None if its name is unknown."""
+    if protocol not in VERIFIED:
+        return None
+    if protocol == lafan1.name:
+        return verify(pair.gt, protocol, fps=fps)
+    if poses is None:
+        return Verification(protocol=protocol, undecided=("it is compared by exponential maps: samples, or --expmap",))
+    return verify(poses.gt, protocol, action=pair.name if pair.name in ACTIONS else None, fps=fps)
+
+
+def _verdict(verification: dict[str, Any]) -> list[str]:
+    """Say whether the scores may stand beside published ones."""
+    protocol = verification["protocol"]
+    if verification["ok"] is None:
+        return [f"Protocol {protocol}: unverified; names that are verified: {', '.join(VERIFIED)}."]
+    if verification["ok"]:
+        return [f"Protocol {protocol}: verified: {'; '.join(verification['agrees'])}."]
+    if verification["findings"]:
+        lines = [f"Protocol {protocol}: NOT its ground truth, so these scores must not stand beside published ones:"]
+    else:
+        lines = [f"Protocol {protocol}: undecided whether this is its ground truth:"]
+    return lines + [f"- {sentence}" for sentence in (*verification["findings"], *verification["undecided"])]
 
 
 def _text(record: Record, *, markdown: bool) -> str:
@@ -219,6 +255,8 @@ def _text(record: Record, *, markdown: bool) -> str:
         difference = record["stored_curve_difference"]
         verdict = "reproduced" if difference < 1e-6 else "NOT reproduced"
         lines.append(f"\nThe file's own Euler error curve is {verdict}: largest difference {difference:.1e} rad.")
+    if "verification" in record:
+        lines += ["", *(markdown_text(line) if markdown else line for line in _verdict(record["verification"]))]
     if record["diagnosis"]:
         lines.append("\nDiagnosis:")
         lines += [f"- {finding}" for finding in record["diagnosis"]]

@@ -15,7 +15,7 @@ from npss._metric.registry import L2P, L2Q
 from npss._metric.signature import signature
 from npss.inbetweening._motion import Global
 from npss.inbetweening._positions import Statistics, Unit, read_scale
-from npss.protocol import InBetweening, lafan1
+from npss.protocol import InBetweening, lafan1, verify
 from npss.records import Record
 from npss.records import measure as measure_features
 from npss.validation import Float64
@@ -51,7 +51,9 @@ def measure(
     past, hemisphere, norm : optional
         As for `l2q`. Quaternions of NPSS are continuous in time, too, unless their signs are taken as given.
     protocol : InBetweening, optional
-        The protocol of the windows, such as `lafan1`; stated in signatures.
+        The protocol of the windows, such as `lafan1`; stated in signatures. The ground truth is compared to the
+        protocol's by `npss.protocol.verify`; if it is another, signatures state ``verified:no``, and the numbers stand
+        beside no published ones.
     fps : float, optional
         Frames per second, if there is no protocol.
     model : str, optional
@@ -67,7 +69,8 @@ def measure(
     -------
     dict
         A record as of `npss.records.measure`: ``npss`` has the score by convention, ``metrics`` has ``L2Q`` and
-        ``L2P``, ``signatures`` the signature of each. ``action`` names the transition.
+        ``L2P``, ``signatures`` the signature of each. ``action`` names the transition, ``verification`` says what
+        differs from the protocol's ground truth and what is undecided.
 
     Raises
     ------
@@ -99,12 +102,17 @@ def measure(
         raise ValueError(f"gt: quaternions and positions differ in sequences, frames or joints: {shapes}")
     scale = read_scale(truth.shape[2], mean=mean, std=std, stats=stats, unit=unit)
     n_frames = truth.shape[1]
+    verification = None
     fields: dict[str, Any] = {} if fps is None else {"fps": fps}
     if protocol is not None:
         fields = _fields(protocol, fps, *truth.shape[1:3])
+        verification = verify(turns[0], protocol)
     signs: dict[str, Any] = {} if hemisphere == "given" else {"quaternions": "continuous"}
     record: Record = {} if model is None else {"model": model}
     record["action"] = lafan1.action(n_frames)
+    if verification is not None:
+        record["verification"] = verification.as_dict()
+        fields |= verification.stated
     record |= measure_features(
         _flat(turns[0]),
         _flat(turns[1]),

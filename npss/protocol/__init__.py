@@ -25,6 +25,7 @@ from npss.protocol._h36m import (
     window_blocks,
 )
 from npss.protocol._in_betweening import InBetweening, lafan1
+from npss.protocol._verify import VERIFIED, Verification, verify
 from npss.rotations._poses import POSE
 
 __all__ = [
@@ -37,8 +38,10 @@ __all__ = [
     "TEST_LENGTHS",
     "TEST_SUBJECT",
     "TRAIN_SUBJECTS",
+    "VERIFIED",
     "InBetweening",
     "Normalization",
+    "Verification",
     "Window",
     "chain_blocks",
     "frames_to_ms",
@@ -48,5 +51,6 @@ __all__ = [
     "random_windows",
     "srnn_windows",
     "stretch_blocks",
+    "verify",
     "window_blocks",
 ]

@@ -15,13 +15,13 @@ def run(capsys, *arguments):
     return status, captured.out, captured.err
 
 
-def samples(poses, curve=None):
+def samples(poses, curve=None, action="walking"):
     arrays = {}
     for kind, motion in zip(("gt", "preds"), poses, strict=True):
         for index, sample in enumerate(motion):
-            arrays[f"expmap/{kind}/walking_{index}"] = sample
+            arrays[f"expmap/{kind}/{action}_{index}"] = sample
     if curve is not None:
-        arrays["mean_walking_error"] = curve
+        arrays[f"mean_{action}_error"] = curve
     return arrays
 
 

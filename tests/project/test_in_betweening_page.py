@@ -33,8 +33,6 @@ def test_snippets(tmp_path, monkeypatch, capsys):
         "skeleton": skeleton,
         "train_clips": clips,
         "test_clips": clips,
-        "flat_gt": gt.quaternions.reshape(4, 30, 88),
-        "flat_pred": pred.quaternions.reshape(4, 30, 88),
         "npss": npss,
     }
     for snippet in re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S):

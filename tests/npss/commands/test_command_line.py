@@ -93,6 +93,43 @@ class TestScore:
         assert "euler_error|version:1" in error_line
         assert "unwrap:off" in error_line
 
+    def test_unknown_protocols_are_unverified(self, capsys, files):
+        _, out, _ = run(capsys, "score", *files, "--protocol", "mine")
+        assert "Protocol mine: unverified; names that are verified: lafan1, srnn-8, srnn-8-late." in out
+        _, out, _ = run(capsys, "score", *files, "--protocol", "mine", "--format", "json")
+        assert json.loads(out)[0]["verification"] == {"protocol": "mine", "ok": None}
+        _, out, _ = run(capsys, "score", *files, "--protocol", "srnn-8", "--format", "markdown")
+        assert "Protocol srnn-8: undecided whether this is its ground truth:" in out
+        assert "protocol:srnn-8\\|unwrap:off`" in out
+        assert "verification" not in json.loads(run(capsys, "score", *files, "--format", "json")[1])[0]
+
+    def test_another_ground_truth_stands_beside_no_published_rows(self, capsys, tmp_path, poses):
+        np.savez(tmp_path / "samples.npz", **samples(poses))
+        command = ["score", tmp_path / "samples.npz", "--protocol", "srnn-8"]
+        _, out, _ = run(capsys, *command)
+        assert "Protocol srnn-8: NOT its ground truth, so these scores must not stand beside published ones:" in out
+        assert f"- {poses.shape[2]} frames; srnn-8 has 100" in out
+        (record,) = json.loads(run(capsys, *command, "--format", "json")[1])
+        assert record["verification"]["findings"]
+        for text in (record["signature"], *record["signatures"].values()):
+            assert npss.parse_signature(text)["verified"] == "no"
+        assert "the ground truth is not that of srnn-8" in npss.explain(record["signatures"]["released"])
+        pytest.importorskip("pandas")
+        with pytest.raises(ValueError, match="verified must not be stated, but is no"):
+            npss.leaderboard([{"model": "mine", **record}], published=True)
+
+    def test_verified_ground_truth(self, capsys, tmp_path, h36m_root):
+        clips = [np.loadtxt(h36m_root / f"dataset/S5/eating_{k}.txt", delimiter=",")[::2] for k in (1, 2)]
+        cut = npss.protocol.srnn_windows([len(clip) for clip in clips])
+        gt = np.stack([clips[window.clip][window.target] for window in cut])
+        np.save(tmp_path / "gt.npy", gt)
+        np.savez(tmp_path / "samples.npz", **samples((gt, gt), action="eating"))
+        for files in ([tmp_path / "gt.npy", tmp_path / "gt.npy", "--expmap"], [tmp_path / "samples.npz"]):
+            _, out, _ = run(capsys, "score", *files, "--protocol", "srnn-8")
+            assert "Protocol srnn-8: verified: 8 windows" in out
+            _, out, _ = run(capsys, "score", *files, "--protocol", "srnn-8-late")
+            assert "it is eating on time (srnn-8)" in out
+
     def test_archives_pair_by_name(self, capsys, tmp_path, motion):
         for name, array in zip(("gt", "pred"), motion, strict=True):
             np.savez(tmp_path / f"{name}.npz", walking=array, eating=array[:2])
