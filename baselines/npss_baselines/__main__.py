@@ -5,7 +5,17 @@ import sys
 from collections.abc import Sequence
 
 from npss.console import run
-from npss_baselines.commands import evaluate, leaderboard, manifold, params, predict, reproduce, sensitivity, train
+from npss_baselines.commands import (
+    evaluate,
+    lafan1,
+    leaderboard,
+    manifold,
+    params,
+    predict,
+    reproduce,
+    sensitivity,
+    train,
+)
 from npss_baselines.commands.parser import CommandParser
 
 
@@ -21,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> CommandParser:
     parser = CommandParser(prog="npss-baselines", description="Train and score reference models of human motion.")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (evaluate, leaderboard, sensitivity, params, train, predict, manifold, reproduce):
+    for command in (evaluate, leaderboard, sensitivity, params, train, predict, manifold, reproduce, lafan1):
         command.add_parser(commands)
     return parser
 

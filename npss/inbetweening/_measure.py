@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 from npss._analysis.blocks import Label
@@ -106,7 +107,8 @@ def measure(
     fields: dict[str, Any] = {} if fps is None else {"fps": fps}
     if protocol is not None:
         fields = _fields(protocol, fps, *truth.shape[1:3])
-        verification = verify(turns[0], protocol)
+        before = None if past is None else np.asarray(past)[:, np.newaxis]
+        verification = verify(turns[0], protocol, past=before)
     signs: dict[str, Any] = {} if hemisphere == "given" else {"quaternions": "continuous"}
     record: Record = {} if model is None else {"model": model}
     record["action"] = lafan1.action(n_frames)
