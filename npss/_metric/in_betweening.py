@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from collections.abc import Sequence
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 import numpy.typing as npt
 
+from npss._metric.sequences import Lengths, read_motions
 from npss.rotations._continuous import continuous
 from npss.validation import Array, Float64, check_finite, one_of, real_array
 
@@ -18,47 +20,80 @@ Norm = Literal["pose", "joint", "rmse"]
 _UNIT = 1e-2  # the largest distance of a quaternion's length from 1: bfloat16 rounds each component to 4e-3 of it
 
 
-def joint_pair(gt: npt.ArrayLike, pred: npt.ArrayLike, channels: int) -> tuple[Float64, Float64]:
-    """Read ground truth and prediction as ``(N, T, J, channels)``, finite, in float64, of the same shape."""
-    pair = []
+class Joints(NamedTuple):
+    """Sequences of one length with their joints, in float64 and finite."""
+
+    rows: Sequence[int]  # their places in the set
+    gt: Float64  # (n, T, J, C)
+    pred: Float64
+
+
+def read_joints(gt: npt.ArrayLike, pred: npt.ArrayLike, channels: int, *, lengths: Lengths = None) -> list[Joints]:
+    """Read ground truth and prediction of joints with `channels` numbers each, in groups of equal length."""
+    what = f"(N, T, J, {channels}) or (N, T, {channels} J)"
+    motions = []
     for name, values in (("gt", gt), ("pred", pred)):
-        array = real_array(name, values)
-        if array.ndim != 4 or array.shape[-1] != channels or 0 in array.shape:
-            what = "sequences, frames, joints, " + ("w x y z" if channels == 4 else "x y z")
-            raise ValueError(f"{name}: expected shape (N, T, J, {channels}) = ({what}), got {array.shape}")
-        check_finite(name, array)
-        pair.append(array.astype(np.float64, copy=False))
-    first, second = pair
-    if first.shape != second.shape:
-        raise ValueError(f"pred: its shape {second.shape} differs from that of gt, {first.shape}; nothing is broadcast")
-    return first, second
+        shape = tuple(getattr(values, "shape", ()))
+        if len(shape) == 3 and shape[-1] == channels:
+            raise ValueError(
+                f"{name}: expected shape {what}, got {shape}; pass one sequence as x[None], one joint as x[:, :, None]"
+            )
+        positions_of_three = channels == 3 and len(shape) == 4 and shape[-2:] == (3, 3)  # and not matrices
+        motions.append(real_array(name, values).reshape(*shape[:2], 9) if positions_of_three else values)
+    groups = []
+    for rows, truth, prediction in read_motions(*motions, lengths=lengths, spectra=False).groups:
+        both = []
+        for name, motion in (("gt", truth), ("pred", prediction)):
+            if motion.ndim != 3 or motion.shape[-1] % channels:
+                raise ValueError(f"{name}: expected shape {what}, got {motion.shape}, flattened joint by joint")
+            check_finite(name, motion)
+            both.append(motion.astype(np.float64, copy=False).reshape(*motion.shape[:2], -1, channels))
+        groups.append(Joints(rows, *both))
+    return groups
 
 
-def quaternion_pair(
-    gt: npt.ArrayLike, pred: npt.ArrayLike, *, past: npt.ArrayLike | None = None, hemisphere: Hemisphere = "anchored"
-) -> tuple[Float64, Float64]:
-    """Read global quaternions ``(N, T, J, 4)`` and choose their signs, as `l2q` describes it."""
-    truth, prediction = joint_pair(gt, pred, 4)
+def read_quaternions(
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    past: npt.ArrayLike | None = None,
+    hemisphere: Hemisphere = "anchored",
+    lengths: Lengths = None,
+) -> list[Joints]:
+    """Read global quaternions and choose their signs, as `l2q` describes it."""
+    groups = read_joints(gt, pred, 4, lengths=lengths)
     one_of("hemisphere", hemisphere, get_args(Hemisphere))
-    for name, quaternions in (("gt", truth), ("pred", prediction)):
-        _require_unit(name, quaternions)
+    for group in groups:
+        _require_unit("gt", group.gt)
+        _require_unit("pred", group.pred)
     if hemisphere == "given":
         if past is not None:
             raise ValueError("past: only for hemisphere='anchored' or 'nearest'; leave it out")
-        return truth, prediction
-    start: Array = truth[:, 0]
-    if past is not None:
-        start = real_array("past", past)
-        if start.shape != truth[:, 0].shape:
-            expected = f"the last past frame, {truth[:, 0].shape}"
-            raise ValueError(f"past: expected the quaternions of {expected}, got shape {start.shape}")
-        check_finite("past", start)
-        _require_unit("past", start)
-    truth, prediction = continuous(truth, axis=1, start=start), continuous(prediction, axis=1, start=start)
-    if hemisphere == "nearest":
+        return groups
+    start = None if past is None else _read_past(past, sum(len(rows) for rows, *_ in groups), groups[0].gt.shape[2])
+    return [_anchored(group, start, nearest=hemisphere == "nearest") for group in groups]
+
+
+def _read_past(past: npt.ArrayLike, n: int, n_joints: int) -> Float64:
+    array = real_array("past", past)
+    if array.shape not in ((n, n_joints, 4), (n, 4 * n_joints)):
+        expected = f"({n}, {n_joints}, 4) or ({n}, {4 * n_joints})"
+        raise ValueError(f"past: expected the quaternions of the last past frame, {expected}, got shape {array.shape}")
+    check_finite("past", array)
+    start: Float64 = array.astype(np.float64).reshape(n, n_joints, 4)
+    _require_unit("past", start)
+    return start
+
+
+def _anchored(group: Joints, start: Float64 | None, *, nearest: bool) -> Joints:
+    """Make both motions continuous in time, from `start` or the first frame of the ground truth."""
+    rows, truth, prediction = group
+    first: Array = truth[:, 0] if start is None else start[list(rows)]
+    truth, prediction = continuous(truth, axis=1, start=first), continuous(prediction, axis=1, start=first)
+    if nearest:
         away = (truth * prediction).sum(axis=-1, keepdims=True) < 0
         prediction = np.where(away, -prediction, prediction)
-    return truth, prediction
+    return Joints(rows, truth, prediction)
 
 
 def norms(difference: Float64, norm: Norm) -> Float64:
@@ -80,15 +115,16 @@ def l2q(
     past: npt.ArrayLike | None = None,
     hemisphere: Hemisphere = "anchored",
     norm: Norm = "pose",
+    lengths: Lengths = None,
 ) -> float:
-    """Return the L2Q: the distance of global quaternions, averaged over windows and frames.
+    """Return the L2Q: the distance of global quaternions, averaged over frames and windows.
 
     Parameters
     ----------
-    gt, pred : (N, T, J, 4) array_like
+    gt, pred : (N, T, J, 4) or (N, T, 4 J) array_like, or list of sequences
         Unit quaternions of the *global* rotations of J joints, of the transition's frames only. Their order (w first or
         last) does not matter.
-    past : (N, J, 4) array_like, optional
+    past : (N, J, 4) or (N, 4 J) array_like, optional
         The global quaternions of the last past frame, in whose hemisphere both begin (default: that of the ground
         truth's first frame).
     hemisphere : {'anchored', 'nearest', 'given'}, optional
@@ -100,6 +136,8 @@ def l2q(
         ``'pose'``: the Euclidean norm over all joints and components of a frame, as published. ``'joint'``: the norm of
         each joint, averaged over joints. ``'rmse'``: the root of the mean square over frames, joints and components of
         a window. Each is then averaged over windows.
+    lengths : (N,) array_like of int, optional
+        The number of frames of each sequence that count, as for `npss.score`. Lists of sequences may differ in length.
 
     Returns
     -------
@@ -132,16 +170,15 @@ def l2q(
     >>> l2q(gt, pred), round(l2q(gt, pred, hemisphere="given"), 3)
     (0.0, 4.472)
     """
-    truth, prediction = quaternion_pair(gt, pred, past=past, hemisphere=hemisphere)
-    return float(norms(truth - prediction, norm).mean())
+    groups = read_quaternions(gt, pred, past=past, hemisphere=hemisphere, lengths=lengths)
+    return float(np.concatenate([norms(group.gt - group.pred, norm) for group in groups]).mean())
 
 
 def flat_l2q(gt: Float64, pred: Float64) -> Float64:
     """Return the L2Q of each sequence of quaternions flattened joint by joint, ``(N, T, 4 J)``."""
     if gt.shape[-1] % 4:
         raise ValueError(f"gt: expected quaternions, four features for each joint, got {gt.shape[-1]} features")
-    shape = (*gt.shape[:2], -1, 4)
-    truth, prediction = quaternion_pair(gt.reshape(shape), pred.reshape(shape))
+    ((_, truth, prediction),) = read_quaternions(gt, pred)
     return norms(truth - prediction, "pose")
 
 

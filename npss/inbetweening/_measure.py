@@ -6,12 +6,12 @@ import os
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
 from npss._analysis.blocks import Label
 from npss._metric.fields import Value
-from npss._metric.in_betweening import Hemisphere, Norm, joint_pair, norms, quaternion_pair
+from npss._metric.in_betweening import Hemisphere, Joints, Norm, norms, read_joints, read_quaternions
+from npss._metric.metric import Metric
 from npss._metric.registry import L2P, L2Q
 from npss._metric.signature import signature
 from npss.inbetweening._motion import Global
@@ -19,7 +19,7 @@ from npss.inbetweening._positions import Statistics, Unit, read_scale
 from npss.protocol import InBetweening, lafan1, verify
 from npss.records import Record
 from npss.records import measure as measure_features
-from npss.validation import Float64
+from npss.validation import Float64, real_array
 
 
 def measure(
@@ -46,7 +46,7 @@ def measure(
     ----------
     gt, pred : Global
         Pairs of global quaternions ``(N, T, J, 4)`` and positions ``(N, T, J, 3)`` of the transition's frames, from
-        `forward` or your own code.
+        `forward` or your own code; or flattened joint by joint.
     mean, std, stats, unit : optional
         How positions are standardised, or their unit, as for `l2p`; one of the three is needed.
     past, hemisphere, norm : optional
@@ -83,10 +83,10 @@ def measure(
     --------
     >>> import numpy as np
     >>> from npss.inbetweening import Global, measure
-    >>> angle = np.linspace(0.5, 1.5, 30)[:, np.newaxis] * np.ones(22)
+    >>> angle = np.linspace(0.5, 1.5, 30)[:, None] * np.ones(22)
     >>> gt = Global(
-    ...     np.stack([np.cos(angle), np.sin(angle), 0 * angle, 0 * angle], axis=-1)[np.newaxis],
-    ...     np.stack([angle, angle, angle], axis=-1)[np.newaxis],
+    ...     np.stack([np.cos(angle), np.sin(angle), 0 * angle, 0 * angle], axis=-1)[None],
+    ...     np.stack([angle, angle, angle], axis=-1)[None],
     ... )
     >>> still = Global(np.repeat(gt.quaternions[:, :1], 30, axis=1), np.repeat(gt.positions[:, :1], 30, axis=1))
     >>> record = measure(gt, still, unit="m", fps=30)
@@ -96,19 +96,19 @@ def measure(
     'l2p|version:1|representation:global-positions|frames:30|fps:30|unwrap:off|norm:pose|positions:m'
     """
     (gt_quaternions, gt_positions), (pred_quaternions, pred_positions) = _read("gt", gt), _read("pred", pred)
-    turns = quaternion_pair(gt_quaternions, pred_quaternions, past=past, hemisphere=hemisphere)
-    truth, prediction = joint_pair(gt_positions, pred_positions, 3)
-    if turns[0].shape[:3] != truth.shape[:3]:
-        shapes = f"{turns[0].shape[:3]} and {truth.shape[:3]}"
+    turns = _one_length(read_quaternions(gt_quaternions, pred_quaternions, past=past, hemisphere=hemisphere))
+    places = _one_length(read_joints(gt_positions, pred_positions, 3))
+    if turns.gt.shape[:3] != places.gt.shape[:3]:
+        shapes = f"{turns.gt.shape[:3]} and {places.gt.shape[:3]}"
         raise ValueError(f"gt: quaternions and positions differ in sequences, frames or joints: {shapes}")
-    scale = read_scale(truth.shape[2], mean=mean, std=std, stats=stats, unit=unit)
-    n_frames = truth.shape[1]
+    _, n_frames, n_joints, _ = turns.gt.shape
+    scale = read_scale(n_joints, mean=mean, std=std, stats=stats, unit=unit)
     verification = None
     fields: dict[str, Any] = {} if fps is None else {"fps": fps}
     if protocol is not None:
-        fields = _fields(protocol, fps, *truth.shape[1:3])
-        before = None if past is None else np.asarray(past)[:, np.newaxis]
-        verification = verify(turns[0], protocol, past=before)
+        fields = _fields(protocol, fps, n_frames, n_joints)
+        before = None if past is None else real_array("past", past)[:, None]
+        verification = verify(turns.gt, protocol, past=before)
     signs: dict[str, Any] = {} if hemisphere == "given" else {"quaternions": "continuous"}
     record: Record = {} if model is None else {"model": model}
     record["action"] = lafan1.action(n_frames)
@@ -116,8 +116,8 @@ def measure(
         record["verification"] = verification.as_dict()
         fields |= verification.stated
     record |= measure_features(
-        _flat(turns[0]),
-        _flat(turns[1]),
+        turns.gt,
+        turns.pred,
         conventions=("released",),
         sequences=sequences,
         groups=groups,
@@ -128,17 +128,21 @@ def measure(
         **signs,
     )
     fields |= {"frames": n_frames, "unwrap": "off", "norm": norm, "extra": extra or {}}
-    of_turns: dict[str, Any] = {"representation": "global-quaternions", "hemisphere": hemisphere, **signs}
-    of_positions: dict[str, Any] = {
-        "representation": "global-positions",
-        "positions": "standardised" if unit is None else unit,
+    differences: dict[Metric, tuple[Float64, dict[str, Any]]] = {
+        L2Q: (
+            turns.gt - turns.pred,
+            {"representation": "global-quaternions", "hemisphere": hemisphere, **signs},
+        ),
+        L2P: (
+            (places.gt - places.pred) / scale,
+            {"representation": "global-positions", "positions": "standardised" if unit is None else unit},
+        ),
     }
-    distance = truth - prediction if scale is None else (truth - prediction) / scale
     record["metrics"] = {}
     if sequences:
         record["sequences"]["metrics"] = {}
-    for metric, difference, own in ((L2Q, turns[0] - turns[1], of_turns), (L2P, distance, of_positions)):
-        values: Float64 = norms(difference, norm)
+    for metric, (difference, own) in differences.items():
+        values = norms(difference, norm)
         record["metrics"][metric.heading] = float(values.mean())
         record["signatures"][metric.heading] = signature(None, metric=metric.name, **fields, **own)
         if sequences:
@@ -146,9 +150,11 @@ def measure(
     return record
 
 
-def _flat(quaternions: Float64) -> Float64:
-    """Flatten joint by joint."""
-    return quaternions.reshape(*quaternions.shape[:2], -1)
+def _one_length(groups: list[Joints]) -> Joints:
+    if len(groups) > 1:
+        lengths = ", ".join(str(group.gt.shape[1]) for group in groups)
+        raise ValueError(f"gt: expected sequences of one length, got {lengths} frames; measure each length by itself")
+    return groups[0]
 
 
 def _read(name: str, motion: Global) -> Global:

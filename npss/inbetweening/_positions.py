@@ -9,7 +9,8 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 import numpy.typing as npt
 
-from npss._metric.in_betweening import Norm, joint_pair, norms
+from npss._metric.in_betweening import Norm, norms, read_joints
+from npss._metric.sequences import Lengths
 from npss.files._arrays import MAX_SIZE, naming_file, read_arrays
 from npss.files._formats import listed, open_arrays, suffixes
 from npss.validation import Array, Float64, check_finite, one_of, real_array
@@ -42,15 +43,16 @@ def l2p(
     stats: Statistics | str | os.PathLike[str] | None = None,
     unit: Unit | None = None,
     norm: Norm = "pose",
+    lengths: Lengths = None,
 ) -> float:
-    """Return the L2P: the distance of global positions, averaged over windows and frames.
+    """Return the L2P: the distance of global positions, averaged over frames and windows.
 
     Published numbers standardise each coordinate by its mean and standard deviation over the training windows: give
     `mean` and `std`, or `stats`. Otherwise state the unit of the positions, which are left as they are.
 
     Parameters
     ----------
-    gt, pred : (N, T, J, 3) array_like
+    gt, pred : (N, T, J, 3) or (N, T, 3 J) array_like, or list of sequences
         Global positions of J joints, in the frames of their windows, of the transition's frames only.
     mean, std : (J, 3), (3 J,) or (1, 3 J, 1) array_like, optional
         The statistics; flattened joint by joint. `std` is positive. (The mean cancels out of differences.)
@@ -62,6 +64,8 @@ def l2p(
         ``'pose'``: the Euclidean norm over all joints and coordinates of a frame, as published. ``'joint'``: the
         distance of each joint, averaged over joints. ``'rmse'``: the root of the mean square over frames, joints and
         coordinates of a window. Each is then averaged over windows.
+    lengths : (N,) array_like of int, optional
+        The number of frames of each sequence that count, as for `npss.score`. Lists of sequences may differ in length.
 
     Returns
     -------
@@ -94,9 +98,9 @@ def l2p(
     >>> round(l2p(gt, gt + 0.01, unit="m", norm="joint"), 5)
     0.01732
     """
-    truth, prediction = joint_pair(gt, pred, 3)
-    scale = read_scale(truth.shape[-2], mean=mean, std=std, stats=stats, unit=unit)
-    return float(norms(truth - prediction if scale is None else (truth - prediction) / scale, norm).mean())
+    groups = read_joints(gt, pred, 3, lengths=lengths)
+    scale = read_scale(groups[0].gt.shape[2], mean=mean, std=std, stats=stats, unit=unit)
+    return float(np.concatenate([norms((group.gt - group.pred) / scale, norm) for group in groups]).mean())
 
 
 def read_scale(
@@ -106,8 +110,8 @@ def read_scale(
     std: npt.ArrayLike | None,
     stats: Statistics | str | os.PathLike[str] | None,
     unit: Unit | None,
-) -> Float64 | None:
-    """Return what to divide differences of positions by, ``(J, 3)``; None for positions in a unit."""
+) -> Float64:
+    """Return what to divide differences of positions by, ``(J, 3)``: 1 for positions in a unit."""
     own = mean is not None or std is not None
     if own + (stats is not None) + (unit is not None) != 1:
         given = [
@@ -116,7 +120,7 @@ def read_scale(
         raise ValueError(f"stats: expected one of mean and std, stats, unit; got {' and '.join(given) or 'none'}")
     if unit is not None:
         one_of("unit", unit, get_args(Unit))
-        return None
+        return np.ones((n_joints, 3))
     if stats is not None:
         mean, std = _read(stats)
     elif mean is None or std is None:

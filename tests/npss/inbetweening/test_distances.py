@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import npss
-from npss.inbetweening import Statistics, l2p, l2q
+from npss.inbetweening import Global, Statistics, l2p, l2q, measure
 
 HEMISPHERES, NORMS = ("anchored", "nearest", "given"), ("pose", "joint", "rmse")
 
@@ -133,15 +133,21 @@ X, Y = GT[..., 1:], PRED[..., 1:]
 @pytest.mark.parametrize(
     ("arguments", "options", "message"),
     [
-        ((GT[0], PRED[0]), {}, r"gt: expected shape \(N, T, J, 4\).*got \(6, 3, 4\)"),
-        ((GT.reshape(2, 6, 12), PRED), {}, r"gt: expected shape \(N, T, J, 4\)"),
+        ((GT[0], PRED[0]), {}, r"gt: expected shape \(N, T, J, 4\).*got \(6, 3, 4\); pass one sequence as x\[None\]"),
+        ((GT[..., 0], PRED[..., 0]), {}, r"gt: expected shape \(N, T, J, 4\) or \(N, T, 4 J\), got \(2, 6, 3\)"),
+        ((GT[0, :, 0], PRED[0, :, 0]), {}, r"gt: expected shape \(N, T, J, 4\) or \(N, T, 4 J\), got \(6, 4\)"),
+        ((GT.reshape(2, 6, 12), PRED), {}, r"pred: its shape \(2, 6, 3, 4\) differs from that of gt, \(2, 6, 12\)"),
         ((GT, PRED[:1]), {}, r"pred: its shape .* differs from that of gt"),
         ((GT, PRED * 1.2), {}, r"pred: expected unit quaternions, got one of length 1\.2 at index \(0, 0, 0\)"),
         ((GT * 0, PRED), {}, r"gt: expected unit quaternions, got one of length 0 "),
         ((GT, np.where(GT > 2, 0, np.nan)), {}, r"pred: nan at index"),
         ((GT, PRED), {"hemisphere": "north"}, r"hemisphere: expected one of anchored, nearest, given"),
         ((GT, PRED), {"norm": "l2"}, r"norm: expected one of pose, joint, rmse, got 'l2'"),
-        ((GT, PRED), {"past": GT}, r"past: expected the quaternions of the last past frame, \(2, 3, 4\), got"),
+        (
+            (GT, PRED),
+            {"past": GT},
+            r"past: expected the quaternions of the last past frame, \(2, 3, 4\) or \(2, 12\), got",
+        ),
         ((GT, PRED), {"past": GT[:, 0], "hemisphere": "given"}, r"past: only for hemisphere='anchored'"),
     ],
 )
@@ -174,6 +180,41 @@ def test_l2q_refuses(arguments, options, message):
 def test_l2p_refuses(options, error, message):
     with pytest.raises(error, match=message):
         l2p(X, Y, **options)
+
+
+@pytest.mark.parametrize("norm", NORMS)
+def test_layouts(norm):
+    """Joints or features; lists, and frames that count, of unequal length: the mean over sequences."""
+    flat = [q.reshape(2, 6, 12) for q in (GT, PRED)]
+    assert l2q(*flat, norm=norm) == l2q(GT, PRED, norm=norm)
+    assert l2q(*flat, past=-GT[:, 0], norm=norm) == l2q(GT, PRED, past=-GT[:, 0].reshape(2, 12), norm=norm)
+    assert l2p(X.reshape(2, 6, 9), Y.reshape(2, 6, 9), unit="m", norm=norm) == l2p(X, Y, unit="m", norm=norm)
+    lists = [[q[0], q[1, :4]] for q in (GT, PRED)]
+    expected = (l2q(GT[:1], PRED[:1], norm=norm) + l2q(GT[1:, :4], PRED[1:, :4], norm=norm)) / 2
+    assert l2q(*lists, norm=norm) == pytest.approx(expected, rel=1e-12)
+    padded = [np.where(np.arange(6)[:, np.newaxis, np.newaxis] < 4, q, np.nan) for q in (GT[1], PRED[1])]
+    arrays = [np.stack([q[0], rest]) for q, rest in zip((GT, PRED), padded, strict=True)]
+    assert l2q(*arrays, lengths=[6, 4], norm=norm) == pytest.approx(expected, rel=1e-12)
+    arrays = [q[..., 1:] for q in arrays]
+    expected = (l2p(X[:1], Y[:1], unit="m", norm=norm) + l2p(X[1:, :4], Y[1:, :4], unit="m", norm=norm)) / 2
+    assert l2p(*arrays, lengths=[6, 4], unit="m", norm=norm) == pytest.approx(expected, rel=1e-12)
+
+
+def test_past_of_unequal_lengths():
+    lists = [[q[1, :4], q[0]] for q in (GT, -PRED)]
+    past = GT[::-1, 0]
+    assert l2q(*lists, past=past) == pytest.approx(l2q(*([q[0], q[1, :4]] for q in (GT, PRED))), rel=1e-12)
+
+
+def test_tensors():
+    """Gradients are detached, and precision is widened."""
+    torch = pytest.importorskip("torch")
+    gt, pred = torch.tensor(GT), torch.tensor(PRED, requires_grad=True)
+    assert l2q(gt, pred, past=gt[:, 0].requires_grad_()) == l2q(GT, PRED)
+    assert l2p(gt[..., 1:], pred[..., 1:], unit="m") == l2p(X, Y, unit="m")
+    assert l2q(gt.bfloat16(), pred.bfloat16()) == pytest.approx(l2q(GT, PRED), rel=0.02)
+    one, other = Global(gt, gt[..., 1:]), Global(pred, pred[..., 1:])
+    assert measure(one, other, unit="m", past=gt[:, 0])["metrics"] == {"L2Q": l2q(GT, PRED), "L2P": l2p(X, Y, unit="m")}
 
 
 def test_they_are_registered():

@@ -73,6 +73,11 @@ def test_measure_refuses_key_frames():
     gt, pred = motion(5)
     with pytest.raises(ValueError, match=r"gt: quaternions and positions differ in .*: \(2, 5, 22\) and \(2, 4, 22\)"):
         measure(*(Global(one.quaternions, one.positions[:, 1:]) for one in (gt, pred)), **ONES)
+    unequal = [
+        Global([q, q[:-1]], [p, p[:-1]]) for q, p in ((one.quaternions[0], one.positions[0]) for one in (gt, pred))
+    ]
+    with pytest.raises(ValueError, match="gt: expected sequences of one length, got 4, 5 frames; measure each length"):
+        measure(*unequal, **ONES)
     with pytest.raises(TypeError, match=r"pred: expected Global\(quaternions, positions\), got ndarray"):
         measure(gt, pred.quaternions, **ONES)
 
