@@ -211,7 +211,10 @@ def _verified(pair: Pair, poses: Pair | None, protocol: str | None, fps: float |
     if protocol not in VERIFIED:
         return None
     if protocol == lafan1.name:
-        return verify(pair.gt, protocol, fps=fps)
+        try:
+            return verify(pair.gt, protocol, fps=fps)
+        except ValueError as error:  # other features, which are scored all the same
+            return Verification(protocol=protocol, findings=(str(error),))
     if poses is None:
         return Verification(protocol=protocol, undecided=("it is compared by exponential maps: samples, or --expmap",))
     return verify(poses.gt, protocol, action=pair.name if pair.name in ACTIONS else None, fps=fps)

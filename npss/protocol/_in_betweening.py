@@ -116,6 +116,8 @@ class InBetweening:
             raise ValueError(f"test_length: expected {needed} frames or more for a transition of {lengths[-1]} frames")
         if self.train_length < self.past:
             raise ValueError(f"train_length: expected {self.past} frames or more, the past")
+        if not isinstance(self.zero_velocity, Mapping):
+            raise TypeError(f"zero_velocity: expected a mapping of metrics to rows, got {self.zero_velocity!r}")
         rows = {metric: tuple(map(float, each("zero_velocity", row))) for metric, row in self.zero_velocity.items()}
         if any(len(row) != len(lengths) for row in rows.values()):
             raise ValueError(f"zero_velocity: expected a number for each of the transitions {lengths}, got {rows}")

@@ -118,6 +118,11 @@ class TestScore:
         with pytest.raises(ValueError, match="verified must not be stated, but is no"):
             npss.leaderboard([{"model": "mine", **record}], published=True)
 
+    def test_other_features_are_not_the_benchmarks(self, capsys, files):
+        _, out, _ = run(capsys, "score", *files, "--protocol", "lafan1")
+        assert "Protocol lafan1: NOT its ground truth" in out
+        assert "|verified:no" in out
+
     def test_verified_ground_truth(self, capsys, tmp_path, h36m_root):
         clips = [np.loadtxt(h36m_root / f"dataset/S5/eating_{k}.txt", delimiter=",")[::2] for k in (1, 2)]
         cut = npss.protocol.srnn_windows([len(clip) for clip in clips])

@@ -70,6 +70,19 @@ class TestProtocol:
         with pytest.raises(ValueError, match=message):
             replace(lafan1, **change)
 
+    @pytest.mark.parametrize(
+        ("change", "message"),
+        [
+            ({"zero_velocity": [1.0]}, "zero_velocity: expected a mapping of metrics to rows"),
+            ({"name": 5}, "name: expected text, got 5"),
+            ({"test_subjects": ("five",)}, "test_subjects: expected whole numbers"),
+            ({"past": 9.5}, "past: expected"),
+        ],
+    )
+    def test_refuses_other_types(self, change, message):
+        with pytest.raises(TypeError, match=message):
+            replace(lafan1, **change)
+
     def test_another_one(self):
         mine = replace(lafan1, name="mine", transitions=(10, 20), joints=2, windows=None, zero_velocity={}, facing="z")
         assert isinstance(mine, InBetweening)
