@@ -322,7 +322,7 @@ def test_leaderboards(page, samples, capsys):
     with pytest.raises(ValueError, match=r"^metrics: only for files of samples; records and reports state their own"):
         npss.leaderboard([{"model": "m", "action": "a"}], metrics=["mse"])
     (samples / "records.json").write_text("[]", encoding="utf-8")
-    with pytest.raises(ValueError, match=r"^metrics: only for files of samples; records state their own"):
+    with pytest.raises(ValueError, match=r"^metrics: only for files of results; records state their own"):
         npss.leaderboard([samples / "records.json"], metrics=["mse"])
     assert main(["leaderboard", str(samples), "--metrics", "mse"]) == 0
     assert "MSE" in capsys.readouterr().out
