@@ -72,7 +72,7 @@ def defined(gt, pred, name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(drawn=sets())
 def test_scores_by_t_are_those_of_the_definition(name, drawn):
     gt, pred, lengths = drawn
@@ -87,7 +87,7 @@ def test_scores_by_t_are_those_of_the_definition(name, drawn):
 
 
 @pytest.mark.parametrize("name", NAMES)
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(drawn=sets())
 def test_the_normalised_score_is_that_of_the_definition(name, drawn):
     gt, pred, lengths = drawn
@@ -97,7 +97,7 @@ def test_the_normalised_score_is_that_of_the_definition(name, drawn):
 
 
 @pytest.mark.parametrize("convention", [*NAMES, *CUSTOM])
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(drawn=sets(), order=st.randoms(), extra=st.integers(0, 3), fill=st.sampled_from([np.nan, np.inf, 7.0]))
 def test_every_form_gives_the_same_bits(convention, drawn, order, extra, fill):
     gt, pred, lengths = drawn
@@ -170,7 +170,7 @@ def test_joints_matrices_and_huge_values():
 # --- accumulators, reports, the Euler error ---------------------------------------------------------------------------
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(drawn=sets(), convention=st.sampled_from([*NAMES, *CUSTOM]), normalize=st.sampled_from([None, "bound"]))
 def test_accumulators(drawn, convention, normalize):
     gt, pred, lengths = drawn
@@ -208,7 +208,7 @@ def test_accumulators(drawn, convention, normalize):
         assert loop.result() == expected
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(drawn=sets(), convention=st.sampled_from([*NAMES, *CUSTOM]))
 def test_reports(drawn, convention):
     gt, pred, lengths = drawn
@@ -239,7 +239,7 @@ def test_reports(drawn, convention):
     str(whole), whole.interval()
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(drawn=sets(least=1), average=st.sampled_from(["at", "up-to"]), columns=st.sampled_from(["gt", "pred", "all"]))
 def test_the_euler_error_is_of_the_sequences_that_reach_a_time(drawn, average, columns):
     gt, pred, lengths = drawn
