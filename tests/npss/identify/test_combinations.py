@@ -4,6 +4,8 @@ from itertools import product
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import nearest_versions
 import npss
@@ -244,3 +246,18 @@ def test_no_npss(name):
     assert (result.convention, result.nearest, result.differences) == (None, None, {})
     assert str(result).startswith("no NPSS: ")
     assert reason in str(result)
+
+
+@settings(max_examples=20)
+@given(
+    st.fixed_dictionaries({axis: st.sampled_from(choices) for axis, choices in AXES.items() if axis != "factor"}),
+    st.floats(0.05, 20).filter(lambda number: abs(number - 1) > 0.01),
+)
+def test_any_combination_times_any_number(choices, number):
+    choices = {**choices, "factor": "none"}
+    if choices["weight"] == "uniform":
+        choices["aggregation"] = "set"  # the same function
+    result = npss.identify(lambda gt, pred: number * nearest_versions.score(gt, pred, choices))
+    axes = expected_of(choices)[result.nearest]
+    assert set(result.differences) == axes | {"factor"}
+    assert result.differences["factor"] == f"times {number:.6g}"
