@@ -93,7 +93,7 @@ class Subject:
 
         A class gets the sequences in batches of these sizes; by default, in one.
         """
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
+        with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             if self._make is None:
                 return [self._call(self._function, gt, pred, form) for gt, pred in _pieces(probe, form)]
@@ -175,9 +175,8 @@ def _read(arrays: list[Numbers], n: int) -> dict[tuple[str, str], Numbers]:
     if first.size == 1:
         read[("set", "a number and others")] = first
     if len(arrays) == 2 and first.size == second.size:
-        with np.errstate(all="ignore"):
-            read[("set", "distances and weights")] = (first * second).sum() / second.sum()
-            read[("set", "sums of weighted distances and of weights")] = first.sum() / second.sum()
+        read[("set", "distances and weights")] = (first * second).sum() / second.sum()
+        read[("set", "sums of weighted distances and of weights")] = first.sum() / second.sum()
     return read
 
 

@@ -83,12 +83,13 @@ def identify(
         one_of("order", order, get_args(Order))
     shape = _shape(frame)
     subject = Subject(function, order)
-    found = find(subject, shape)
-    if not found.fits:
-        return no_npss(subject, found)
-    if subject.order is None and found.fits[0].swapped() != found.fits[0]:
-        return _either(tuple(identify(function, order=each, frame=frame) for each in get_args(Order)))
-    return identification(subject, found)
+    with np.errstate(all="ignore"):  # 0/0 is a matter of interest
+        found = find(subject, shape)
+        if not found.fits:
+            return no_npss(subject, found)
+        if subject.order is None and found.fits[0].swapped() != found.fits[0]:
+            return _either(tuple(identify(function, order=each, frame=frame) for each in get_args(Order)))
+        return identification(subject, found)
 
 
 def _shape(frame: int | Sequence[int] | None) -> tuple[int, ...] | None:

@@ -134,9 +134,8 @@ def _values(subject: Subject, found: Found, probe: Probe, sizes: Sequence[int] =
 
 def _expected(probe: Probe, choices: Choices) -> Numbers:
     """Return the numbers of a combination of choices for a probe."""
-    with np.errstate(all="ignore"):
-        of = columns(spectra(probe.gt, probe.pred, probe.frame, choices), choices)
-        return np.ravel(search.value_of(of, choices)) * choices.factor.of(*size_of(probe.gt.shape))
+    of = columns(spectra(probe.gt, probe.pred, probe.frame, choices), choices)
+    return np.ravel(search.value_of(of, choices)) * choices.factor.of(*size_of(probe.gt.shape))
 
 
 def _normalises_weights(subject: Subject, found: Found) -> bool:

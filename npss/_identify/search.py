@@ -76,8 +76,7 @@ def tolerances(values: Sequence[Numbers], again: Sequence[Numbers]) -> Float64 |
 
 def _relative(value: Numbers, expected: Numbers) -> Float64:
     size = np.maximum(np.abs(expected), 1e-2 * np.abs(expected).mean())
-    with np.errstate(all="ignore"):
-        difference = np.abs(value - expected) / size
+    difference = np.abs(value - expected) / size
     return np.asarray(np.where(np.isfinite(difference), difference, np.inf))
 
 
@@ -90,21 +89,20 @@ def matches(values: Sequence[Numbers], table: Table, probes: Sequence[Probe], mo
     some = np.isfinite(at_most)
     own, at_most = own[some], at_most[some]
     found: list[Match] = []
-    with np.errstate(all="ignore"):
-        for factor in FACTORS:
-            sizes = np.array([factor.of(*size_of(probes[index].gt.shape)) for index in table.probe])
-            expected = (table.values * sizes)[:, some]
-            size = np.maximum(np.abs(expected), 1e-2 * np.abs(expected).mean(axis=1, keepdims=True))
-            number = (expected * own / size**2).sum(axis=1) / (expected**2 / size**2).sum(axis=1)
-            number = np.where(np.abs(number - 1) <= at_most.max(), 1.0, number)[:, np.newaxis]
-            residual = (np.abs(own - number * expected) / (number * size * at_most)).max(axis=1)
-            found += [
-                Match(
-                    table.choices[index]._replace(factor=factor._replace(number=float(number[index, 0]))),
-                    float(residual[index]),
-                )
-                for index in np.flatnonzero((residual <= 1) & (number[:, 0] > 0))
-            ]
+    for factor in FACTORS:
+        sizes = np.array([factor.of(*size_of(probes[index].gt.shape)) for index in table.probe])
+        expected = (table.values * sizes)[:, some]
+        size = np.maximum(np.abs(expected), 1e-2 * np.abs(expected).mean(axis=1, keepdims=True))
+        number = (expected * own / size**2).sum(axis=1) / (expected**2 / size**2).sum(axis=1)
+        number = np.where(np.abs(number - 1) <= at_most.max(), 1.0, number)[:, np.newaxis]
+        residual = (np.abs(own - number * expected) / (number * size * at_most)).max(axis=1)
+        found += [
+            Match(
+                table.choices[index]._replace(factor=factor._replace(number=float(number[index, 0]))),
+                float(residual[index]),
+            )
+            for index in np.flatnonzero((residual <= 1) & (number[:, 0] > 0))
+        ]
     return found
 
 
@@ -155,11 +153,10 @@ def _tables(level: str, axis: str, frame: tuple[int, ...], wider: tuple[int, ...
 
 def _values(level: str, probes: Sequence[Probe], axis: str) -> Iterator[tuple[Choices, list[Float64]]]:
     several = {"column": lambda found: [found], "sequence": combinations.of_sequences, "set": combinations.of_sets}
-    with np.errstate(all="ignore"):
-        for of_columns in combinations.of_columns(axis):
-            found = [columns(spectra(probe.gt, probe.pred, probe.frame, of_columns), of_columns) for probe in probes]
-            for combination in several[level](of_columns):
-                yield combination, [value_of(each, combination) for each in found]
+    for of_columns in combinations.of_columns(axis):
+        found = [columns(spectra(probe.gt, probe.pred, probe.frame, of_columns), of_columns) for probe in probes]
+        for combination in several[level](of_columns):
+            yield combination, [value_of(each, combination) for each in found]
 
 
 def value_of(of: Columns, combination: Choices, plus: float = 0.0) -> Float64:

@@ -91,6 +91,13 @@ class TestShapes:
         with pytest.raises(ValueError, match=r"^function: .* pass frame=$"):
             npss.identify(of_frames)
 
+    def test_a_usual_number_of_features_only(self):
+        def of_twelve(gt, pred):
+            assert gt.shape[2] == 12
+            return released(gt, pred) / gt.shape[2]
+
+        assert npss.identify(of_twelve).differences == {"factor": "divided by D"}
+
     def test_a_shape_that_it_refuses(self):
         def of_frames(gt, pred):
             assert gt.shape[2:] == (6,)
@@ -174,10 +181,11 @@ class TestReturns:
             (None, "returns NoneType; expected a number, an array, or a tuple of them"),
             ("1", "returns str; expected"),
             ((), "returns NoneType; expected"),
+            ((np.zeros(2), np.zeros(3)), "<lambda> returns arrays of other sizes than sequences or features"),
         ],
     )
     def test_other_values(self, value, message):
-        with pytest.raises(TypeError, match=f"^function: {message}"):
+        with pytest.raises(TypeError, match=f"^function: .*{message}"):
             npss.identify(lambda gt, pred: value)
 
 
@@ -402,6 +410,19 @@ class TestErrors:
             ValueError, match=r"^function: .*fails runs with no shape of motion; arrays \(N, T, D\): KeyEr"
         ):
             npss.identify(fails)
+
+    def test_functions_without_a_signature(self):
+        assert str(npss.identify(np.hypot)).startswith("no NPSS: ")
+
+    def test_functions_that_refuse_what_is_unusual(self):
+        def strict(gt, pred):
+            if len(gt) > 100 or np.abs(gt).max() > 1e4 or not (gt - pred).any():
+                raise ValueError
+            return released(gt, pred)
+
+        result = npss.identify(strict)
+        assert result.differences == {"scale": "large motion scores otherwise: raises ValueError"}
+        assert result.call is None
 
     def test_motion_may_be_overwritten(self):
         def overwrites(gt, pred):
