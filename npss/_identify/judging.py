@@ -16,7 +16,7 @@ from npss._identify.finding import Found
 from npss._identify.identification import Identification
 from npss._identify.no_power import Rule
 from npss._identify.probes import Probe, batches, large
-from npss._identify.wording import line_of, text_of
+from npss._identify.wording import text_of
 from npss._metric.convention import ConventionName
 from npss._metric.score import score
 
@@ -39,8 +39,12 @@ def identification(subject: Subject, found: Found) -> Identification:
     if scale:
         differences["scale"] = scale
     if len(found.fits) > 1:
-        others = [line_of(other, other.nearest()) for other in found.fits[1:]]
-        differences["precision"] = f"the function is too coarse to tell; it may also be: {' or: '.join(others)}"
+        first, *others = found.fits
+        changes = [
+            ", ".join(f"{TITLES[axis]}: {other.words(axis)}" for axis in other._fields if _differ(axis, other, first))
+            for other in others
+        ]
+        differences["precision"] = f"the function is too coarse to tell, or else {'; or '.join(changes)}"
     own = {axis for axis in differences if axis not in _FIELDS}
     custom = None if own or choices.weight in ("pred", NOT_PART) else choices.convention(rule.zero)
     result = Identification(
@@ -57,6 +61,10 @@ def identification(subject: Subject, found: Found) -> Identification:
     return replace(
         result, text=text_of(result, found, choices, usual=rule.usual, merges=not _normalises_weights(subject, found))
     )
+
+
+def _differ(axis: str, choices: Choices, other: Choices) -> bool:
+    return bool(getattr(choices, axis) != getattr(other, axis))
 
 
 def _over_updates(subject: Subject, found: Found) -> str:

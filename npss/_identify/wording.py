@@ -12,7 +12,7 @@ from npss._metric.explain import explain
 from npss._metric.signature import signature
 
 
-def line_of(choices: Choices, nearest: ConventionName, extra: dict[str, str] | None = None) -> str:
+def _line(choices: Choices, nearest: ConventionName, extra: dict[str, str] | None = None) -> str:
     """Return what differs in one line."""
     differences = choices.differences(nearest) | (extra or {})
     if not differences:
@@ -31,7 +31,7 @@ def text_of(result: Identification, found: Found, choices: Choices, *, usual: bo
     """
     nearest = cast(ConventionName, result.nearest)
     extra = {axis: text for axis, text in result.differences.items() if axis not in TITLES}
-    lines = [line_of(choices, nearest, extra)]
+    lines = [_line(choices, nearest, extra)]
     if result.convention:
         lines[0] += f"; {result.no_power}"
     elif result.no_power:

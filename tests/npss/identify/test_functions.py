@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import npss
-from nearest_versions import NAMED, RELEASED, distances_and_totals, function_of, score
+from nearest_versions import NAMED, RELEASED, combinations, distances_and_totals, function_of, score
 from npss._identify.arguments import order_of
 
 SWAPPED = "the prediction's total power (arguments swapped?)"
@@ -189,6 +189,12 @@ class TestReturns:
             npss.identify(lambda gt, pred: value)
 
 
+def rounded(values, digits):
+    """Round to a number of binary digits: float32, float16 and bfloat16 have 24, 11 and 8."""
+    fraction, exponent = np.frexp(values)
+    return np.ldexp(np.round(fraction * 2.0**digits), exponent - digits)
+
+
 class TestPrecision:
     def test_float32(self):
         def single(gt, pred):
@@ -199,18 +205,27 @@ class TestPrecision:
     @pytest.mark.parametrize("name", NAMED)
     @pytest.mark.parametrize("digits", [24, 11, 8])
     def test_coarse_floats(self, name, digits):
-        """float32, float16 and bfloat16 have 24, 11 and 8 binary digits."""
-
-        def rounded(values):
-            fraction, exponent = np.frexp(values)
-            return np.ldexp(np.round(fraction * 2.0**digits), exponent - digits)
-
         function = function_of(NAMED[name])
-        for coarse in (
-            lambda gt, pred: rounded(function(rounded(gt), rounded(pred))),
-            lambda gt, pred: function(rounded(gt), rounded(pred)),
-        ):
-            assert npss.identify(coarse).convention == name
+        for finish in (rounded, lambda value, digits: value):
+            result = npss.identify(
+                lambda gt, pred, finish=finish: finish(function(rounded(gt, digits), rounded(pred, digits)), digits)
+            )
+            assert result.convention == name
+
+    @pytest.mark.parametrize("power", ["real", "magnitude"])
+    def test_coarse_functions_have_no_wrong_name(self, power):
+        for choices in combinations(power=power, axis="time", factor="none", mean="kept"):
+            function = function_of(choices)
+            result = npss.identify(lambda gt, pred, function=function: rounded(function(gt, pred), 8))
+            assert [result.convention] == ([name for name in NAMED if NAMED[name] == choices] or [None])
+
+    def test_too_coarse_to_tell(self):
+        function = function_of(
+            {**RELEASED, "power": "amplitude", "bins": "one-sided", "distance": "spectrum", "mean": "removed"}
+        )
+        result = npss.identify(lambda gt, pred: rounded(function(rounded(gt, 8), rounded(pred, 8)), 8))
+        assert (result.convention, result.call) == (None, None)
+        assert result.differences["precision"].startswith("the function is too coarse to tell, or else bins: two-sided")
 
     def test_precise_functions_are_told_apart_precisely(self):
         result = npss.identify(lambda gt, pred: released(gt, pred) * (1 + 1e-5))
