@@ -35,11 +35,11 @@ class Metrics:
 def folder(tmp_path, monkeypatch):
     package = tmp_path / "evaluation_code"
     package.mkdir()
-    (package / "metrics.py").write_text(MODULE)
-    (package / "quits.py").write_text("import sys\nsys.exit(3)\n")
-    (package / "fails.py").write_text("\n1 / 0\n")
-    (package / "mistyped.py").write_text("def (:\n")
-    (package / "needs.py").write_text("import no_such_package\n")
+    (package / "metrics.py").write_text(MODULE, encoding="utf-8")
+    (package / "quits.py").write_text("import sys\nsys.exit(3)\n", encoding="utf-8")
+    (package / "fails.py").write_text("\n1 / 0\n", encoding="utf-8")
+    (package / "mistyped.py").write_text("def (:\n", encoding="utf-8")
+    (package / "needs.py").write_text("import no_such_package\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
