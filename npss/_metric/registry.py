@@ -156,7 +156,7 @@ ROTATION_ERROR = Metric(
     options=("fps", "at_ms"),
     unit="rad",
     digits=3,
-    fields={"average": "at", "joints": "all scored"},
+    fields={"average": "at", "joints": "all scored", "unit": "rad"},
 )
 SPECTRUM_DIVERGENCE = Metric(
     name="spectrum_divergence",

@@ -88,6 +88,8 @@ def test_the_registered_metric_of_poses():
     joints = (x[..., 6:] for x in (gt, pred))
     expected = npss.rotation_error(*joints, representation="expmap", at_ms=[200])[200]
     assert measured.value == pytest.approx(expected, rel=1e-14)
+    stated = npss.metrics.METRICS["rotation_error"].stated()
+    assert stated == {"average": "at", "extra": {"joints": "all scored", "unit": "rad"}}
 
 
 @pytest.mark.parametrize(
