@@ -62,7 +62,7 @@ def test_half_height_by_hand():
     """One unit per frame at half the height: 1 * 30 * (2 - sqrt 2)."""
     foot = np.arange(4.0)[:, np.newaxis] * [1, 0, 0] + [0, 0.25, 0]
     got = npss.height_weighted_foot_skating(foot, **OPTIONS | {"feet": [0]})
-    assert got == pytest.approx(30 * (2 - np.sqrt(2)), rel=1e-15)
+    assert got == pytest.approx(30 * (2 - np.sqrt(2)), rel=1e-13)
     context = {"fps": 30, "extra": {"height": 0.5, "floor": 0.0, "feet": "0"}}
     text = 'height_weighted_foot_skating|version:1|fps:30|feet:"0"|floor:0|height:0.5'
     assert npss.signature(None, metric="height_weighted_foot_skating", **context) == text

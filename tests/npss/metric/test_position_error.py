@@ -84,9 +84,9 @@ def test_what_each_alignment_ignores(seed):
         return npss.position_error_curve(gt, pred, align=align).max()
 
     assert error(gt + shift, None) > 1e-3
-    assert error(gt + shift, "root") < 1e-13
+    assert error(gt + shift, "root") < 1e-12
     assert error(turned, "root") > 1e-3
-    assert error(size * turned + shift, "procrustes") < 1e-12
+    assert error(size * turned + shift, "procrustes") < 1e-10
     assert error(gt * [1, 1, -1], "procrustes") > 1e-3  # a mirror image stays one
 
 
@@ -99,10 +99,10 @@ def test_units_order_and_symmetry(seed, unit):
             npss.position_error_curve(unit * gt, unit * pred, align=align), unit * one, rtol=1e-10
         )
         np.testing.assert_allclose(npss.position_error_curve(gt[::-1], pred[::-1], align=align), one, rtol=1e-12)
-        assert npss.position_error_curve(gt, gt, align=align).max() < 1e-14
+        assert npss.position_error_curve(gt, gt, align=align).max() < 1e-12
     for align in (None, "root"):
         one, other = (npss.position_error_curve(*pair, align=align) for pair in ((gt, pred), (pred, gt)))
-        np.testing.assert_allclose(one, other, rtol=1e-14)
+        np.testing.assert_allclose(one, other, rtol=1e-12)
     # Aligning is not symmetric: the scale is that of the truth.
     one, other = (npss.position_error_curve(*pair, align="procrustes") for pair in ((gt, 2 * pred), (2 * pred, gt)))
     assert not np.allclose(one, other)
@@ -133,7 +133,7 @@ def test_a_collapsed_pose_is_aligned_to_the_middle():
     middle = gt[0, 0] - gt[0, 0].mean(axis=0)
     expected = np.linalg.norm(middle, axis=-1).mean()
     got = npss.position_error_curve(gt, np.ones_like(gt), align="procrustes")
-    np.testing.assert_allclose(got, [expected], rtol=1e-14)
+    np.testing.assert_allclose(got, [expected], rtol=1e-12)
 
 
 def test_some_joints():
@@ -151,12 +151,12 @@ def test_root_and_trajectory():
     gt, pred = motions(2)
     times = {"fps": 10, "at_ms": (100, 500)}
     expected = np.linalg.norm(gt[:, :, 1] - pred[:, :, 1], axis=-1).mean(axis=0)
-    assert npss.root_error(gt, pred, root=1, **times) == pytest.approx({100: expected[0], 500: expected[4]}, rel=1e-14)
+    assert npss.root_error(gt, pred, root=1, **times) == pytest.approx({100: expected[0], 500: expected[4]}, rel=1e-12)
     assert npss.root_error(gt, pred, root=1, **times) == npss.position_error(gt, pred, joints=[1], **times)
     for up, kept in (("x", [1, 2]), ("y", [0, 2]), ("z", [0, 1])):
         floor = np.linalg.norm((gt - pred)[:, :, 0][..., kept], axis=-1).mean(axis=0)
         got = npss.trajectory_error(gt, pred, up=up, average="sum", **times)
-        assert got == pytest.approx({100: floor[0], 500: floor.sum()}, rel=1e-14)
+        assert got == pytest.approx({100: floor[0], 500: floor.sum()}, rel=1e-12)
     still = gt - gt[:, :, :1] + 5
     for call in (npss.root_error, lambda *pair, **options: npss.trajectory_error(*pair, up="y", **options)):
         with pytest.raises(ValueError, match=r"^gt: the root never moves"):
@@ -185,7 +185,7 @@ def test_golden_values(signature):
     else:
         expected = {80: GOLDEN[signature]}
     options = {"average": values["average"], "align": None if align == "none" else align}
-    assert npss.position_error(gt, pred, at_ms=[80], **options) == pytest.approx(expected, rel=1e-15)
+    assert npss.position_error(gt, pred, at_ms=[80], **options) == pytest.approx(expected, rel=1e-12)
     again = npss.signature(None, metric="position_error", fps=25, average=options["average"], extra={"align": align})
     assert again == signature
 
@@ -260,6 +260,6 @@ def test_root_errors_of_positions():
     gt, pred = motions(4)
     metrics = npss.metrics.METRICS
     measured = metrics["root_error"].measure(gt, pred, fps=25, at_ms=80)
-    assert measured.value == pytest.approx(npss.root_error(gt, pred, at_ms=[80])[80], rel=1e-15)
+    assert measured.value == pytest.approx(npss.root_error(gt, pred, at_ms=[80])[80], rel=1e-12)
     measured = metrics["trajectory_error"].measure(gt, pred, fps=25, at_ms=80)
-    assert measured.value == pytest.approx(npss.trajectory_error(gt, pred, up="y", at_ms=[80])[80], rel=1e-15)
+    assert measured.value == pytest.approx(npss.trajectory_error(gt, pred, up="y", at_ms=[80])[80], rel=1e-12)

@@ -60,8 +60,8 @@ def test_properties(seed, size, unit):
     for metric in (ade, fde):
         value = metric(gt, samples)
         assert metric(unit * gt, unit * samples) == pytest.approx(unit * value, rel=1e-12)
-        assert metric(gt, rng.permutation(samples)) == value
-        assert metric(gt, np.concatenate([samples, samples[:1] + 1])) <= value  # more samples never hurt
+        assert metric(gt, rng.permutation(samples)) == pytest.approx(value, rel=1e-12)
+        assert metric(gt, np.concatenate([samples, samples[:1] + 1])) <= value * (1 + 1e-12)  # more samples never hurt
         assert metric(gt, np.concatenate([samples, gt[np.newaxis]])) == 0
     # A tiny threshold leaves each sequence its own future; a huge one gives all to all.
     assert mmade(gt, samples, contexts, threshold=1e-9) == pytest.approx(ade(gt, samples), rel=1e-12)
@@ -99,7 +99,7 @@ def test_blocks_of_futures_do_not_matter(monkeypatch):
     gt, samples, contexts = drawn(1, (3, 7, 4, 2))
     whole = mmade(gt, samples, contexts, threshold=2)
     monkeypatch.setattr(_distances, "_VALUES", 50)
-    assert mmade(gt, samples, contexts, threshold=2) == pytest.approx(whole, rel=1e-14)
+    assert mmade(gt, samples, contexts, threshold=2) == pytest.approx(whole, rel=1e-12)
 
 
 def test_joints_single_sequences_and_precisions():
@@ -126,7 +126,7 @@ def test_golden_values_with_their_signatures():
         "mmade|version:1|frames:2|draws:2|threshold:0.5": mmade(gt, samples, [[0], [9]], threshold=0.5),
         "mmfde|version:1|frames:2|draws:2|threshold:0.5": mmfde(gt, samples, [[0], [9]], threshold=0.5),
     }
-    assert list(values.values()) == pytest.approx([2, 3, math.sqrt(9 + 9 + 9 + 1), 2, 3], rel=1e-15)
+    assert list(values.values()) == pytest.approx([2, 3, math.sqrt(9 + 9 + 9 + 1), 2, 3], rel=1e-13)
     for text in values:
         name = text.partition("|")[0]
         extra = {"threshold": 0.5} if name.startswith("mm") else None
