@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
+from npss import stochastic
 from npss._analysis.diagnose import diagnose
-from npss._metric.convention import CONVENTIONS
+from npss._metric.convention import CONVENTIONS, ConventionName
 from npss._metric.euler_error import euler_error_curve
 from npss._metric.fields import Value
 from npss._metric.metric import Metric
@@ -26,7 +28,8 @@ from npss.protocol import ACTIONS, FPS, SLICES_MS, VERIFIED, Verification, lafan
 from npss.ranking._submissions import described
 from npss.records import Record, measure, signature_of
 from npss.rotations._unwrap import unwrap
-from npss.validation import motion_pair
+from npss.stochastic._score import Reduction
+from npss.validation import Array, motion_pair
 
 _DESCRIPTION = """\
 Score a prediction against its ground truth.
@@ -156,7 +159,32 @@ def _of_results(pair: Pair, options: argparse.Namespace, context: dict[str, Valu
     """Return the record of a condition, which its meta describes."""
     fps, stated = described(pair, context)
     is_euler = stated.get("representation") == "euler"
-    return _record(pair, None, options, fps, is_euler and fps is not None, stated, "")
+    record = _record(pair, None, options, fps, is_euler and fps is not None, stated, "")
+    if pair.samples is not None:
+        record["samples"] = _of_samples(pair, pair.samples, tuple(record["npss"]), options, {"fps": fps, **stated})
+    return record
+
+
+def _of_samples(
+    pair: Pair, samples: Array, conventions: Sequence[ConventionName], options: argparse.Namespace, stated: Any
+) -> list[Record]:
+    """Return the NPSS of several samples of each sequence, by convention and reduction."""
+    if options.unwrap != "off":
+        raise ValueError(f"--unwrap: not for the samples of {pair.name}; leave it out, or the samples")
+    scored = []
+    for convention in conventions:
+        for reduction in get_args(Reduction):
+            report = stochastic.report(pair.gt, samples, reduction=reduction, convention=convention, **stated)
+            scored.append(
+                {
+                    "n": len(samples),
+                    "reduction": reduction,
+                    "convention": convention,
+                    "npss": report.score,
+                    "signature": report.signature,
+                }
+            )
+    return scored
 
 
 def _record(
@@ -246,6 +274,9 @@ def _text(record: Record, *, markdown: bool) -> str:
     for column, value in record.get("metrics", {}).items():
         metric = METRICS[parse_signature(signatures[column])["metric"]]
         rows.append([column, "", _rounded(metric, value), signatures[column]])
+    for one in record.get("samples", ()):
+        heading = f"{NPSS.heading}, {one['reduction']} of {one['n']} samples"
+        rows.append([heading, one["convention"], _rounded(NPSS, one["npss"]), one["signature"]])
     if markdown:
         rows = [[*row[:3], markdown_code(row[3]).replace("|", "\\|")] for row in rows]
     lines = [table(["metric", "convention", "value", "signature"], rows, "llrl", markdown=markdown)]

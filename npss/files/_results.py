@@ -4,6 +4,9 @@ The layouts::
 
     MODEL.npz, MODEL.h5     CONDITION/gt and CONDITION/pred, or gt and pred alone; a JSON text meta
     MODEL/                  CONDITION_gt.npy and CONDITION_pred.npy, or gt.npy and pred.npy alone; meta.json
+
+with or without CONDITION/samples, several predictions of each sequence; or, of Human3.6M::
+
     MODEL.npz, MODEL.h5     expmap/gt/ACTION_i and expmap/preds/ACTION_i: samples of Human3.6M
 """
 
@@ -24,8 +27,8 @@ from npss.validation import Array, check_finite, motion_shape, real_array
 #: The name of a condition whose arrays have none.
 ALL = "all"
 META = "meta"
-_KINDS = ("gt", "pred")
-_SAMPLES = "expmap"
+_KINDS = ("gt", "pred", "samples")
+_H36M = "expmap"
 
 
 def is_folder_of_results(path: Path) -> bool:
@@ -62,7 +65,7 @@ def read_results(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
             raise ValueError(f"expected {listed('samples')} results, or a folder of .npy files")
         with open_arrays(path, "samples") as opened:
             names = _names(opened)
-            if not any(name.split("/")[0] == _SAMPLES for name in names):
+            if not any(name.split("/")[0] == _H36M for name in names):
                 values = read_arrays(opened, [name for name in names if name != META], max_size)
                 return _pairs(values, _text(opened.read(META)) if META in opened else None)
     return read_poses(path, max_size=max_size)
@@ -118,8 +121,8 @@ def _pairs(arrays: Mapping[str, Array], text: str | None) -> list[Pair]:
         condition, _, kind = name.rpartition("/")
         if kind not in _KINDS or "/" in condition:
             raise ValueError(
-                f"{name}: expected CONDITION/gt, CONDITION/pred and {META}, or {_SAMPLES}/gt/ACTION_i and "
-                f"{_SAMPLES}/preds/ACTION_i"
+                f"{name}: expected CONDITION/gt, CONDITION/pred and {META}, or {_H36M}/gt/ACTION_i and "
+                f"{_H36M}/preds/ACTION_i"
             )
         conditions.setdefault(condition or ALL, {})[kind] = array
     if not conditions:
@@ -136,18 +139,30 @@ def _flat(kind: str, motion: Array, representation: str | None) -> Array:
     return array.reshape(motion_shape(kind, array.shape, representation))
 
 
+def _flat_samples(samples: Array, representation: str | None) -> Array:
+    """Return samples ``(S, ...)``, each flattened joint by joint."""
+    array = real_array("samples", samples)
+    if array.ndim < 3 or not len(array):
+        raise ValueError(f"samples: expected shape (S, N, T, ...), got {array.shape}")
+    return array.reshape(len(array), *motion_shape("samples", array.shape[1:], representation))
+
+
 def _of_condition(name: str, found: Mapping[str, Array], meta: Meta) -> list[Pair]:
     """Return the pair of a condition, or one for each length of its sequences."""
-    if missing := [kind for kind in _KINDS if kind not in found]:
+    if missing := [kind for kind in ("gt", "pred") if kind not in found]:
         raise ValueError(f"{name}: no array {missing[0]}")
     try:
-        gt, pred = (_flat(kind, found[kind], meta.representation) for kind in _KINDS)
+        gt, pred = (_flat(kind, found[kind], meta.representation) for kind in ("gt", "pred"))
+        samples = None if "samples" not in found else _flat_samples(found["samples"], meta.representation)
     except (TypeError, ValueError) as error:
         raise type(error)(f"{name}: {error}") from error
     if gt.shape != pred.shape:
         raise ValueError(f"{name}: pred: its shape {pred.shape} differs from that of gt, {gt.shape}")
+    if samples is not None and samples.shape[1:] != gt.shape:
+        raise ValueError(f"{name}: samples: expected shape (S, *{gt.shape}), got {samples.shape}")
     if gt.ndim == 2:
         gt, pred = gt[np.newaxis], pred[np.newaxis]
+        samples = None if samples is None else samples[:, np.newaxis]
     groups, lengths = meta.groups.get(name), meta.lengths.get(name)
     for field, values in (("groups", groups), ("lengths", lengths)):
         if values is not None and len(values) != len(gt):
@@ -163,6 +178,9 @@ def _of_condition(name: str, found: Mapping[str, Array], meta: Meta) -> list[Pai
         label = name if len(set(lengths)) == 1 else f"{name}, {length} frames"
         check_finite(f"{label}: gt", cut_gt)
         check_finite(f"{label}: pred", cut_pred)
+        drawn = None if samples is None else samples[:, chosen, :length]
+        if drawn is not None:
+            check_finite(f"{label}: samples", drawn)
         of_pair = None if groups is None else tuple(groups[i] for i in chosen)
-        pairs.append(Pair(label, cut_gt, cut_pred, meta=meta, groups=of_pair))
+        pairs.append(Pair(label, cut_gt, cut_pred, meta=meta, groups=of_pair, samples=drawn))
     return pairs

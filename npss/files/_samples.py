@@ -35,6 +35,8 @@ class Pair(NamedTuple):
         What the motions are; None for poses of Human3.6M or arrays that say nothing of themselves.
     groups : tuple or None
         The block of each sequence, if the file states it.
+    samples : (S, N, T, D) ndarray or None
+        Several predictions of each sequence, if the file has them.
     """
 
     name: str | None
@@ -43,6 +45,7 @@ class Pair(NamedTuple):
     stored_curve: Float64 | None = None
     meta: Meta | None = None
     groups: tuple[str | int | None, ...] | None = None
+    samples: Array | None = None
 
 
 def read_pair(gt: Path, pred: Path, *, key: str | None = None, max_size: float = MAX_SIZE) -> list[Pair]:

@@ -48,6 +48,23 @@ def test_score(results, capsys):
     assert "a meta states what results are" in run(capsys, "score", folder / "a.npz", "--fps", "25")[2]
 
 
+def test_samples_are_scored_by_every_reduction(results, capsys, tmp_path):
+    folder, gt, preds = results
+    samples = np.stack([preds["a"], preds["b"], gt])
+    stored = dict(np.load(folder / "a.npz"))
+    np.savez(tmp_path / "a.npz", **stored, **{"walk/samples": samples})
+    (record,) = json.loads(run(capsys, "score", tmp_path / "a.npz", "--format", "json")[1])
+    assert len(record["samples"]) == 9
+    for one in record["samples"]:
+        expected = npss.stochastic.score(gt, samples, reduction=one["reduction"], convention=one["convention"])
+        assert one["npss"] == expected
+        assert "|draws:3|" in one["signature"]
+        assert f"|reduction:{one['reduction']}" in one["signature"]
+    text = run(capsys, "score", tmp_path / "a.npz", "--convention", "released")[1]
+    assert "NPSS, best of 3 samples" in text
+    assert "not for the samples of walk" in run(capsys, "score", tmp_path / "a.npz", "--unwrap", "target")[2]
+
+
 def test_score_of_euler_angles_has_their_error(tmp_path, capsys):
     gt, noise = np.random.default_rng(1).normal(size=(2, 4, 25, 6)).cumsum(axis=2) / 20
     meta = json.dumps({"representation": "euler", "fps": 25})

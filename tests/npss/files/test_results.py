@@ -68,9 +68,29 @@ def test_folders_of_arrays_are_read(tmp_path):
     assert np.array_equal(found["walk"].pred, found["all"].gt)
     (tmp_path / "meta.json").write_text(json.dumps(META), encoding="utf-8")
     assert pairs_of(tmp_path)["walk"].meta.fps == 30
-    np.save(tmp_path / "walk_samples.npy", gt)
-    with pytest.raises(ValueError, match=r"walk_samples\.npy: expected CONDITION_gt\.npy"):
+    np.save(tmp_path / "walk_samples.npy", np.stack([gt, pred]))
+    assert np.array_equal(pairs_of(tmp_path)["walk"].samples[1], found["walk"].pred)
+    np.save(tmp_path / "walk_extra.npy", gt)
+    with pytest.raises(ValueError, match=r"walk_extra\.npy: expected CONDITION_gt\.npy"):
         read_results(tmp_path)
+
+
+def test_samples_are_read_cut_and_checked(tmp_path):
+    gt, pred = walks()
+    samples = np.stack([gt, pred, 2 * pred])
+    samples[:, 1, 7:] = np.nan
+    meta = {**META, "lengths": {"walk": [12, 7, 12, 12]}}
+    write(tmp_path / "a.npz", {"walk": {"gt": gt, "pred": pred, "samples": samples}}, meta)
+    found = pairs_of(tmp_path / "a.npz")
+    assert found["walk, 7 frames"].samples.shape == (3, 1, 7, 12)
+    assert np.array_equal(found["walk, 12 frames"].samples[2], 2 * pred[[0, 2, 3]].reshape(3, 12, 12))
+    for wrong, message in (
+        (samples[:, 1:], r"walk: samples: expected shape \(S, \*\(4, 12, 12\)\)"),
+        (gt, "walk: samples"),
+    ):
+        write(tmp_path / "a.npz", {"walk": {"gt": gt, "pred": pred, "samples": wrong}}, META)
+        with pytest.raises(ValueError, match=message):
+            read_results(tmp_path / "a.npz")
 
 
 def test_unequal_lengths_are_conditions_of_their_own(tmp_path):
