@@ -156,8 +156,8 @@ class Plan:
                 raise ValueError(f"order: actions: {source.name} has none of {', '.join(group['actions'])}")
             trained_on = [actions] if group["together"] else [(action,) for action in actions]
             for seed in group["seeds"]:
-                for row in group["rows"]:
-                    for of_run in trained_on:
+                for of_run in trained_on:  # a table of one action is worth more than a row on all
+                    for row in group["rows"]:
                         planned = self.rows[row]
                         planned = trial(planned) if is_trial else planned
                         yield Planned(planned, of_run, self._subjects(source), seed, group["why"])
