@@ -14,7 +14,7 @@ from npss import stochastic
 from npss._analysis.diagnose import diagnose
 from npss._metric.convention import CONVENTIONS, ConventionName
 from npss._metric.euler_error import euler_error_curve
-from npss._metric.fields import Value
+from npss._metric.fields import FIELDS, Value
 from npss._metric.metric import Metric
 from npss._metric.registry import EULER_ERROR, METRICS, NPSS
 from npss._metric.signature import parse_signature
@@ -70,6 +70,11 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--key", metavar="NAME", help="score only the arrays of this name (default: all)")
     parser.add_argument("--representation", metavar="NAME", help="state in the signature what the features are")
     parser.add_argument(
+        "--quaternions",
+        choices=tuple(FIELDS["quaternions"].means),
+        help="state in the signature how the signs of quaternions were chosen",
+    )
+    parser.add_argument(
         "--protocol",
         metavar="NAME",
         help="state in the signature which test windows these are; "
@@ -120,16 +125,18 @@ def run(options: argparse.Namespace) -> None:
 
 def _records(options: argparse.Namespace) -> list[Record]:
     context: dict[str, Value] = {"protocol": options.protocol} if options.protocol else {}
-    if options.representation:
-        context["representation"] = options.representation
+    for name in ("representation", "quaternions"):
+        if getattr(options, name):
+            context[name] = getattr(options, name)
     fps, samples = options.fps, len(options.files) == 1
     if samples:
         if options.key is not None:
             raise ValueError(f"--key chooses an array of GT and PRED, but {options.files[0]} is a file of results")
-        if options.expmap or options.representation or fps is not None:
+        if options.expmap or options.representation or options.quaternions or fps is not None:
             raise ValueError(
                 f"{options.files[0]}: a meta states what results are, and samples are Human3.6M exponential maps at "
-                f"{FPS} frames per second, converted to Euler angles; leave out --expmap, --representation and --fps"
+                f"{FPS} frames per second, converted to Euler angles; leave out --expmap, --representation, "
+                "--quaternions and --fps"
             )
         poses = read_results(*options.files, max_size=options.max_size)
         if poses[0].meta is not None:

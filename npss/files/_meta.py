@@ -8,6 +8,7 @@ from typing import Any, Literal, Self, get_args
 
 import numpy as np
 
+from npss._metric.fields import FIELDS
 from npss.files._json import parse_json
 from npss.skeleton import Skeleton
 from npss.validation import Array, each, is_integer, one_of, positive_integer, positive_number
@@ -32,6 +33,8 @@ class Meta:
         Frames per second.
     protocol : str or None
         The test windows.
+    quaternions : {'continuous', 'w>=0'} or None
+        The signs of quaternions, as signatures state them.
     joint_names : tuple of str or None
         The names of the joints.
     parents : tuple of int or None
@@ -47,6 +50,7 @@ class Meta:
     representation: str | None = None
     fps: float | None = None
     protocol: str | None = None
+    quaternions: str | None = None
     joint_names: tuple[str, ...] | None = None
     parents: tuple[int, ...] | None = None
     unit: Unit | None = None
@@ -76,7 +80,7 @@ class Meta:
 
     def context(self) -> dict[str, Any]:
         """Return the fields that signatures state."""
-        stated = {"representation": self.representation, "protocol": self.protocol}
+        stated = {name: getattr(self, name) for name in ("representation", "protocol", "quaternions")}
         return {name: value for name, value in stated.items() if value is not None}
 
     def feature_names(self, n_features: int) -> tuple[str, ...] | None:
@@ -176,6 +180,7 @@ _READ: Mapping[str, Any] = {
     "representation": _text,
     "fps": positive_number,
     "protocol": _text,
+    "quaternions": _choice(tuple(FIELDS["quaternions"].means)),
     "joint_names": _texts,
     "parents": _parents,
     "unit": _choice(get_args(Unit)),

@@ -259,8 +259,8 @@ def broken(tmp_path, poses):
     yield ["twice.npz"], "duplicate sample expmap/gt/walking_01"
     yield ["nan_curve.npz"], "mean_walking_error: nan at index (0,)"
     yield ["empty.h5"], "empty.h5: expmap/gt/walking_0: the data set has no values"
-    yield ["samples.npz", "--fps", "30"], "leave out --expmap, --representation and --fps"
-    yield ["samples.npz", "--expmap"], "leave out --expmap, --representation and --fps"
+    yield ["samples.npz", "--fps", "30"], "leave out --expmap, --representation, --quaternions and --fps"
+    yield ["samples.npz", "--expmap"], "leave out --expmap, --representation, --quaternions and --fps"
     yield (
         ["good.npy", "good.npy", "--expmap", "--representation", "quaternions"],
         "--expmap implies euler",

@@ -128,6 +128,7 @@ def test_unequal_lengths_are_conditions_of_their_own(tmp_path):
         ({"walk/gt": 0, "walk/pred": 0}, {"representation": 6}, "meta: representation: expected text"),
         ({"walk/gt": 0, "walk/pred": 0}, {"parents": [0, 1]}, "meta: parents|parents: "),
         ({"walk/gt": 0, "walk/pred": 0}, {"unit": "inch"}, "meta: unit: expected one of m, cm, mm"),
+        ({"walk/gt": 0, "walk/pred": 0}, {"quaternions": "flipped"}, "meta: quaternions: expected one of continuous"),
         ({"walk/gt": 0, "walk/pred": 0}, {"joint_names": "hips"}, "meta: joint_names: "),
         ({"walk/gt": 0, "walk/pred": 0}, [1], "meta: expected a JSON object"),
     ],
@@ -173,6 +174,10 @@ def test_positions_are_millimetres_with_y_up():
 
 
 def test_features_are_named_after_joints():
+    assert Meta(representation="quaternion", quaternions="w>=0").context() == {
+        "representation": "quaternion",
+        "quaternions": "w>=0",
+    }
     meta = Meta(joint_names=("hips", "knee"))
     assert meta.feature_names(6) == ("hips.x", "hips.y", "hips.z", "knee.x", "knee.y", "knee.z")
     assert meta.feature_names(8)[:4] == ("hips.w", "hips.x", "hips.y", "hips.z")
