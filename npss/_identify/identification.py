@@ -21,9 +21,9 @@ class Identification:
         The named convention that differs in the fewest choices; None if the function is no NPSS.
     differences : dict of str to str
         The choices that differ from `nearest`, in words, by axis: ``'power'``, ``'bins'``, ``'distance'``,
-        ``'weight'``, ``'aggregation'``, ``'factor'``, ``'mean'``, ``'axis'``; ``'scale'`` or ``'size'`` if small, large
-        or many motions score otherwise; ``'precision'`` if the function is too coarse to tell; ``'order'`` if that of
-        the arguments is unknown. Empty for a named convention.
+        ``'weight'``, ``'aggregation'``, ``'factor'``, ``'mean'``, ``'axis'``; ``'scale'`` or ``'motion'`` if motion of
+        another scale, or unusual motion, scores otherwise; ``'precision'`` if the function is too coarse to tell;
+        ``'order'`` if that of the arguments is unknown. Empty for a named convention.
     choices : dict of str to str
         All choices, in words, by axis.
     no_power : str

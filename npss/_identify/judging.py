@@ -15,13 +15,13 @@ from npss._identify.compute import Numbers, columns, size_of, spectra
 from npss._identify.finding import Found
 from npss._identify.identification import Identification
 from npss._identify.no_power import Rule
-from npss._identify.probes import Probe, batches, large
+from npss._identify.probes import Probe, batches, unusual
 from npss._identify.wording import text_of
 from npss._metric.convention import ConventionName
 from npss._metric.score import score
 
 _FIELDS = ("power", "bins", "distance", "weight")  # of `npss.Convention`, beside its rule for zeros
-_BATCHES = (8, 16, 32, 50, 64, 100, 128, 256)  # usual sizes
+_BATCHES = (8, 16, 32, 50, 64, 100, 128)  # usual sizes
 
 
 def identification(subject: Subject, found: Found) -> Identification:
@@ -32,10 +32,10 @@ def identification(subject: Subject, found: Found) -> Identification:
         choices = choices._replace(aggregation="unknown")
     elif subject.is_class and not found.form.single and found.level == "set":
         choices = choices._replace(aggregation=_over_updates(subject, found))
-    on_large = _on_large(subject, found)
-    choices = choices._replace(aggregation=on_large.pop("aggregation", choices.aggregation))
+    on_unusual = _on_unusual(subject, found)
+    choices = choices._replace(aggregation=on_unusual.pop("aggregation", choices.aggregation))
     nearest = choices.nearest()
-    differences = choices.differences(nearest) | on_large
+    differences = choices.differences(nearest) | on_unusual
     if scale:
         differences["scale"] = scale
     if len(found.fits) > 1:
@@ -55,7 +55,7 @@ def identification(subject: Subject, found: Found) -> Identification:
         no_power=rule.words,
         order=subject.order,
         custom=custom,
-        call=None if {"scale", "size", "precision"} & differences.keys() else choices.call(rule.zero),
+        call=None if {"scale", "motion", "precision"} & differences.keys() else choices.call(rule.zero),
         example=_example(subject, found, nearest),
     )
     return replace(
@@ -77,27 +77,28 @@ def _over_updates(subject: Subject, found: Found) -> str:
     return _aggregation(value, whole, sizes, found) or "batches"
 
 
-def _on_large(subject: Subject, found: Found) -> dict[str, str]:
-    """Return what differs for many sequences, frames or features, in words, by axis: few do not show all."""
+def _on_unusual(subject: Subject, found: Found) -> dict[str, str]:
+    """Return what differs for unusual motion, in words, by axis."""
     choices = found.fits[0]
     differences: dict[str, str] = {}
-    for many, probe in large(found.form.frame, found.form.wider).items():
-        if many == "sequences" and found.form.single:
+    for what, probe in unusual(found.form.frame, found.form.wider).items():
+        expected = _expected(probe, choices)
+        # Motion that is constant has no power without its mean.
+        if (what == "many sequences" and found.form.single) or not np.isfinite(expected).all():
             continue
         try:
             value = _values(subject, found, probe)
             most = _tolerance(subject, found, probe, value)
-        except Exception:  # it may refuse so many
+        except Exception:  # it may refuse it
             continue
-        expected = _expected(probe, choices)
         if search.close(value, expected, most):
             continue
-        if many == "sequences" and found.level == "set":
+        if what == "many sequences" and found.level == "set":
             sizes = (_equal(len(probe.gt), size) for size in _BATCHES)
             fitting = (_aggregation(value, probe, each, found) for each in sizes)
             differences["aggregation"] = next(filter(None, fitting), "unknown")
         else:
-            differences["size"] = f"many {many} score otherwise: {_both(value, expected)}"
+            differences["motion"] = f"{what} score otherwise: {_both(value, expected)}"
     return differences
 
 

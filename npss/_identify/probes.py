@@ -49,13 +49,25 @@ def batches(frame: tuple[int, ...]) -> tuple[Probe, tuple[int, ...]]:
     return _loud(5, 20, frame), (2, 3)
 
 
-def large(frame: tuple[int, ...], wider: tuple[int, ...]) -> dict[str, Probe]:
-    """Return probes with many sequences, frames, and features if frames may have several shapes; by what is many."""
-    probes = {"sequences": _loud(300, 8, frame), "frames": _noise(2, 400, frame)}
+def unusual(frame: tuple[int, ...], wider: tuple[int, ...]) -> dict[str, Probe]:
+    """Return probes by what is unusual about them; with many features only if frames may have several shapes."""
+    probes = {"many sequences": _loud(140, 6, frame), "many frames": _noise(2, 250, frame)}
     if wider != frame:
-        probes["features"] = _noise(2, 12, (12 * frame[0], *frame[1:]))
-    # Among so many features, some have so little power that an epsilon would show.
-    return {many: probe.scaled(32, 32) for many, probe in probes.items()}
+        probes["many features"] = _noise(2, 12, (12 * frame[0], *frame[1:]))
+    probes["constant features"] = _constant(3, 22, frame)
+    # Among many features, some have so little power that an epsilon would show.
+    return {what: probe.scaled(32, 32) for what, probe in probes.items()}
+
+
+def _constant(n: int, t: int, frame: tuple[int, ...]) -> Probe:
+    """Hold a feature of both motions, and one of each."""
+    gt, pred, _ = _noise(n, t, frame)
+    gt, pred = gt.copy(), pred.copy()
+    gt[:, :, 0] = 1.5
+    pred[:, :, 0] = 1.25
+    gt[:, :, -1] = 0.75
+    pred[:, :, features(frame) // 2] = -0.5
+    return Probe(gt, pred, frame)
 
 
 def _walks(n: int, t: int, frame: tuple[int, ...]) -> Probe:
