@@ -1,0 +1,163 @@
+"""A clip of the user's own, on any skeleton: to features, and what changed in them back onto the skeleton."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from npss.validation import Float64
+from npss_baselines.data.bvh import Bvh
+from npss_baselines.data.mapping import JointMapping
+from npss_baselines.data.motion import JOINTS, NAMES
+from npss_baselines.manifold.motion.bones import LEGS, normalise_lengths
+from npss_baselines.manifold.motion.features import FPS, to_features, to_positions
+from npss_baselines.manifold.motion.ground import on_ground
+from npss_baselines.manifold.motion.onto_skeleton import Fitted, onto_skeleton
+from npss_baselines.manifold.motion.resample import resample
+
+__all__ = ["OwnClip", "prepare_clip"]
+
+
+@dataclass(frozen=True, eq=False)
+class OwnClip:
+    """A clip of the user's own.
+
+    Attributes
+    ----------
+    motion : Bvh
+        The clip as it was read.
+    mapping : JointMapping
+        Its common joints.
+    common : (T, 20, 3) ndarray
+        Positions of the common joints, in the unit and at the rate of the file.
+    features : (T', 63) ndarray of float64
+        Features at 30 frames per second, in body heights.
+    """
+
+    motion: Bvh
+    mapping: JointMapping
+    common: Float64
+    features: Float64
+
+    def known(self, missing: Collection[str], *, start: float = 0.0, end: float = np.inf) -> npt.NDArray[np.bool_]:
+        """Return which features are known, ``(T', 63)``, if some joints are missing for a while.
+
+        Parameters
+        ----------
+        missing : collection of str
+            Names of common joints.
+        start, end : float, optional
+            The time in seconds from which and until which they are missing.
+
+        Raises
+        ------
+        ValueError
+            If there is no such joint, or no such time.
+        """
+        known = np.ones(self.features.shape, bool)
+        times = np.arange(len(known)) / FPS
+        frames = (times >= start) & (times < end)
+        if not frames.any():
+            raise ValueError(f"start: no frame from {start:g} to {end:g} s; the clip has {times[-1]:.4g} s")
+        for name in missing:
+            if name not in NAMES:
+                raise ValueError(f"missing: expected names of {', '.join(NAMES)}, got {name!r}")
+            column = 3 * NAMES.index(name)
+            known[frames, column : column + 3] = False
+        return known
+
+    def back(self, features: Float64) -> Fitted:
+        """Put changed features back onto the skeleton of the clip.
+
+        Only the change of each bone's direction, and of the place of the hips, goes back: what did not change returns
+        exactly, and details above 12 Hz stay as they are.
+
+        Parameters
+        ----------
+        features : (T', 63) ndarray
+            The changed features.
+
+        Returns
+        -------
+        Fitted
+            The clip on its own skeleton, and how far its joints are from what the features ask for.
+        """
+        before, after = self._in_world(self.features), self._in_world(np.asarray(features, np.float64))
+        turns = _directions(after) - _directions(before)
+        moves = (after[:, 0] - before[:, 0]) * self._body_height()
+        changes = np.concatenate([turns, moves[:, np.newaxis]], axis=1)  # (T', 21, 3)
+        at_rate = resample(changes, FPS, self.motion.fps)
+        frames = np.minimum(np.arange(len(self.common)), len(at_rate) - 1)  # the last frames may lie after the last one
+        turns, moves = at_rate[frames, :-1], at_rate[frames, -1]
+        targets = self.common.copy()
+        targets[:, 0] += moves
+        lengths = np.linalg.norm(self.common - self.common[:, _PARENTS], axis=-1, keepdims=True)
+        now = _directions(self.common)
+        for joint in JOINTS._order[1:]:
+            towards = now[:, joint] + turns[:, joint]
+            size = np.linalg.norm(towards, axis=-1, keepdims=True)
+            towards = np.divide(towards, size, out=now[:, joint].copy(), where=size > 0)
+            targets[:, joint] = targets[:, JOINTS.parents[joint]] + lengths[:, joint] * towards
+        return onto_skeleton(targets, self.motion, self.mapping)
+
+    def _in_world(self, features: Float64) -> Float64:
+        """Return positions at 30 frames per second, in body heights, turned as the file begins."""
+        positions = to_positions(features)
+        first, wanted = (place[0] - place[0, 0] for place in (to_positions(self.features[:1]), self.common))
+        across = np.sum(first[:, 2] * wanted[:, 0] - first[:, 0] * wanted[:, 2])
+        along = np.sum(first[:, 0] * wanted[:, 0] + first[:, 2] * wanted[:, 2])
+        sin, cos = np.array([across, along]) / np.hypot(across, along)
+        turned: Float64 = positions @ np.array([[cos, 0, -sin], [0, 1, 0], [sin, 0, cos]])
+        return turned
+
+    def _body_height(self) -> float:
+        """Return the unit of features in the unit of the file: by the length of the legs, as when they were made."""
+        legs = []
+        for positions in (self.common, to_positions(self.features)):
+            chains = [_chain(first, last) for first, last in LEGS]
+            bones = np.linalg.norm(positions - positions[:, _PARENTS], axis=-1)
+            legs.append(float(np.mean([bones[:, chain].sum(axis=-1).mean() for chain in chains])))
+        return legs[0] / legs[1]
+
+
+_PARENTS = [max(parent, 0) for parent in JOINTS.parents]
+
+
+def prepare_clip(motion: Bvh, mapping: JointMapping) -> OwnClip:
+    """Prepare a clip as training motion is prepared: its common joints, at 30 frames per second, with common bones.
+
+    Parameters
+    ----------
+    motion : Bvh
+        The clip; y is up.
+    mapping : JointMapping
+        Its common joints.
+
+    Raises
+    ------
+    ValueError
+        If the mapping does not fit the skeleton, or the motion cannot be prepared.
+    """
+    common = mapping.positions(motion.positions(), motion.skeleton)
+    positions = normalise_lengths(resample(common, motion.fps), JOINTS)
+    return OwnClip(motion, mapping, common, to_features(on_ground(positions), JOINTS))
+
+
+def _directions(positions: Float64) -> Float64:
+    """Return the unit vector of each bone, ``(T, 20, 3)``; zero for the root."""
+    bones = positions - positions[:, _PARENTS]
+    length = np.linalg.norm(bones, axis=-1, keepdims=True)
+    directions: Float64 = np.divide(bones, length, out=np.zeros_like(bones), where=length > 0)
+    return directions
+
+
+def _chain(first: str, last: str) -> list[int]:
+    """Return the joints from below `first` to `last`."""
+    joint, chain = NAMES.index(last), []
+    while NAMES[joint] != first:
+        chain.append(joint)
+        joint = JOINTS.parents[joint]
+    return chain
