@@ -16,8 +16,6 @@ from npss.skeleton import Skeleton
 from npss.validation import Float64
 from npss_baselines.data.motion import JOINTS, NAMES
 
-__all__ = ["JointMapping", "guess", "read"]
-
 #: Joints that a skeleton may lack: each is made by prolonging the bone before it.
 MADE = ("LeftHandIndex", "RightHandIndex")
 _ARMS = ("LeftArm", "RightArm")

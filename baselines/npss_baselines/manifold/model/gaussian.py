@@ -15,8 +15,6 @@ import numpy.typing as npt
 from npss.validation import Float64, is_real, positive_integer
 from npss_baselines.manifold.motion.scaling import Scaling
 
-__all__ = ["SpanGaussian", "fit_gaussian"]
-
 #: Frames of a span, and frames from the start of one to the next.
 SPAN, STEP = 12, 4
 #: The share of the mean variance that is added to each variance: the covariance of many features is nearly singular.

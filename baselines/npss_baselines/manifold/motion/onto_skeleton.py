@@ -15,8 +15,6 @@ from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.mapping import JointMapping
 from npss_baselines.data.motion import JOINTS
 
-__all__ = ["Fitted", "onto_skeleton"]
-
 
 @dataclass(frozen=True, eq=False)
 class Fitted:

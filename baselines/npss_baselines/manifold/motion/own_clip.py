@@ -18,8 +18,6 @@ from npss_baselines.manifold.motion.ground import on_ground
 from npss_baselines.manifold.motion.onto_skeleton import Fitted, onto_skeleton
 from npss_baselines.manifold.motion.resample import resample
 
-__all__ = ["OwnClip", "prepare_clip"]
-
 
 @dataclass(frozen=True, eq=False)
 class OwnClip:
