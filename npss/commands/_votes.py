@@ -13,6 +13,8 @@ from npss.study._summary import LEVEL, MEANINGS
 def text(results: dict[str, Any]) -> str:
     """Return the results of `npss.study._summary.summary` as tables, with the meanings of their numbers."""
     parts = [_participants(results), _pairs(results["pairs"])]
+    if "attention" in results:
+        parts.insert(0, _attention(results["attention"]))
     if "metrics" in results:
         parts += [_rankings(results["metrics"]), _agreements(results["metrics"])]
     if results.get("comparisons"):
@@ -24,6 +26,14 @@ def _notes(*names: str) -> str:
     return "\n".join(f"    {name}: {MEANINGS[name]}" for name in names)
 
 
+def _attention(attention: dict[str, Any]) -> str:
+    """Return who failed an attention check."""
+    failed, counted = attention["failed"], "left out" if attention["excluded"] else "counted"
+    lines = [f"attention checks: {len(failed)} of {attention['participants']} participants failed"]
+    lines += [f"    {one_line(who)}: {of['right']} of {of['checks']} right; {counted}" for who, of in failed.items()]
+    return "\n".join([*lines, _notes("attention")])
+
+
 def _participants(results: dict[str, Any]) -> str:
     rows, undefined = [], []
     for name, votes in (*results["actions"].items(), ("all", results["overall"])):
@@ -32,9 +42,15 @@ def _participants(results: dict[str, Any]) -> str:
             undefined.append(one_line(f"fleiss_kappa of {name} is not defined: {votes['fleiss_kappa_undefined']}"))
         numbers = [votes["questions"], votes["participants"], votes["votes"], *votes["majorities"].values()]
         rows.append([one_line(name), *map(str, numbers), "-" if kappa is None else f"{kappa:.3f}"])
+    sides = results["overall"]["sides"]
     header = ["action", "questions", "participants", "votes", "majority A", "majority B", "tie", "fleiss_kappa"]
     return "\n".join(
-        [table(header, rows, "lrrrrrrr"), _notes("majorities", "fleiss_kappa"), *(f"    {line}" for line in undefined)]
+        [
+            table(header, rows, "lrrrrrrr"),
+            f"    sides: left {sides['A']}, right {sides['B']}, tie {sides['tie']}; {MEANINGS['sides']}",
+            _notes("majorities", "fleiss_kappa"),
+            *(f"    {line}" for line in undefined),
+        ]
     )
 
 

@@ -5,6 +5,7 @@ Most functions need numpy alone; the exact tests and Clopper and Pearson's inter
 
 from npss._analysis.interval import Interval
 from npss.study._agreement import Agreement, JointAgreement, agreement, joint_agreement
+from npss.study._counterbalance import counterbalance
 from npss.study._design import Question, design
 from npss.study._files import read_votes, write_votes
 from npss.study._intervals import clopper_pearson_interval, wilson_interval
@@ -13,10 +14,11 @@ from npss.study._paired import PairedTest, mcnemar_test
 from npss.study._planning import power, sample_size
 from npss.study._ranking import model_scores, predict, rank
 from npss.study._two_samples import ProportionTest, binomial_test, boschloo_test, fisher_test
-from npss.study._votes import Count, Vote, count_votes, simulate_votes
+from npss.study._votes import Attention, Count, Vote, attention, count_votes, simulate_votes
 
 __all__ = [
     "Agreement",
+    "Attention",
     "Count",
     "Interval",
     "JointAgreement",
@@ -25,10 +27,12 @@ __all__ = [
     "Question",
     "Vote",
     "agreement",
+    "attention",
     "binomial_test",
     "boschloo_test",
     "clopper_pearson_interval",
     "count_votes",
+    "counterbalance",
     "design",
     "fisher_test",
     "fleiss_kappa",

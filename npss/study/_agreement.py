@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from npss.study._votes import CHOICES, Choice
+from npss.study._design import CHOICES, Choice
 from npss.validation import one_of
 
 #: The treatment of questions with a tie: left out, or counted as half agreed.

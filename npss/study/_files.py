@@ -8,14 +8,18 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from io import StringIO
 from os import PathLike
 from pathlib import Path
+from typing import TypeVar
 
 from npss.files._text import read_text
 from npss.files._write import write_text_atomically
-from npss.study._design import Question
-from npss.study._votes import CHOICES, Vote
+from npss.study._design import CHOICES, SIDES, Question
+from npss.study._votes import Vote
 
 #: The columns of a file of votes.
 COLUMNS = ("action", "question", "sequence", "model_a", "model_b", "participant", "choice")
+#: Columns that a file may have beside them, with empty cells where there is nothing to tell.
+OPTIONAL = ("position", "expected")
+_Answer = TypeVar("_Answer", bound=str)
 _DELIMITERS = (",", ";", "\t")
 
 
@@ -23,9 +27,13 @@ def read_votes(*paths: str | PathLike[str]) -> list[Vote]:
     """Read the votes of a study from CSV files: one for all participants, or one for each.
 
     The first line names the columns: action, question, sequence, model_a, model_b, participant, choice. Each further
-    line is a vote. Questions are numbered within an action; the choice is A (model_a), B (model_b) or tie. Cells are
-    separated by commas, semicolons or tabs. Blanks around a cell and blank lines are ignored; the line of column names
-    may be repeated, as in concatenated files.
+    line is a vote. Questions are numbered within an action; the choice is A (model_a), B (model_b) or tie. Two further
+    columns are optional: position, the place of the question in the participant's survey, and expected, the answer A
+    or B to an attention check. Their cells may be empty. One participant may have seen a question with model_a and
+    model_b swapped, which is still the same question.
+
+    Cells are separated by commas, semicolons or tabs. Blanks around a cell and blank lines are ignored; the line of
+    column names may be repeated, as in concatenated files.
 
     Parameters
     ----------
@@ -73,7 +81,7 @@ def read_votes(*paths: str | PathLike[str]) -> list[Vote]:
         for where, cells in _lines(path):
             vote = _read_vote(where, cells)
             action, number = key = vote.action, vote.question.number
-            if asked.setdefault(key, vote.question) != vote.question:
+            if asked.setdefault(key, vote.question) not in (vote.question, vote.question.mirrored()):
                 raise ValueError(f"{where}: question {number} of {action} differs from before: {asked[key]}")
             answer = (*key, vote.participant)
             if answer in answered:
@@ -89,7 +97,7 @@ def read_votes(*paths: str | PathLike[str]) -> list[Vote]:
 
 
 def write_votes(path: str | PathLike[str], votes: Sequence[Vote]) -> None:
-    """Write votes to a CSV file, as `read_votes` reads it.
+    """Write votes to a CSV file, as `read_votes` reads it; without optional columns where no vote needs them.
 
     Parameters
     ----------
@@ -121,7 +129,11 @@ def write_votes(path: str | PathLike[str], votes: Sequence[Vote]) -> None:
     """
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    cells: list[dict[str, int | str | None]] = [
+        {"position": vote.position, "expected": vote.question.expected} for vote in votes
+    ]
+    optional = [name for name in OPTIONAL if any(of_vote[name] for of_vote in cells)]
+    writer.writerow((*COLUMNS, *optional))
     for index, vote in enumerate(votes, 1):
         asked = vote.question
         for name in (vote.action, asked.model_a, asked.model_b, vote.participant):
@@ -131,7 +143,7 @@ def write_votes(path: str | PathLike[str], votes: Sequence[Vote]) -> None:
                     f"{index}"
                 )
         row = (vote.action, asked.number, asked.sequence, asked.model_a, asked.model_b)
-        writer.writerow((*row, vote.participant, vote.choice))
+        writer.writerow((*row, vote.participant, vote.choice, *(cells[index - 1][name] for name in optional)))
     write_text_atomically(Path(path), text.getvalue())
 
 
@@ -162,7 +174,7 @@ def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
             cells = [cell.strip() for cell in row]
             if not any(cells):
                 continue
-            if sorted(cells) == sorted(COLUMNS):
+            if {*COLUMNS} <= {*cells} <= {*COLUMNS, *OPTIONAL} and len({*cells}) == len(cells):
                 header = cells
                 continue
             if not header:
@@ -183,7 +195,17 @@ def _read_vote(where: str, cells: Mapping[str, str]) -> Vote:
             raise ValueError(f"{where}: {name}: expected a whole number, got {cells[name]!r}")
     if cells["model_a"] == cells["model_b"]:
         raise ValueError(f"{where}: model_a and model_b are both {cells['model_a']!r}")
-    if cells["choice"] not in CHOICES:
-        raise ValueError(f"{where}: choice: expected {', '.join(CHOICES)}, got {cells['choice']!r}")
-    question = Question(int(cells["question"]), int(cells["sequence"]), cells["model_a"], cells["model_b"])
-    return Vote(cells["action"], question, cells["participant"], cells["choice"])
+    choice = _choice(where, "choice", cells["choice"], CHOICES)
+    position = cells.get("position") or None
+    if position is not None and not re.fullmatch(r"[1-9][0-9]{0,8}", position):
+        raise ValueError(f"{where}: position: expected a whole number from 1, got {position!r}")
+    expected = _choice(where, "expected", cells["expected"], SIDES) if cells.get("expected") else None
+    question = Question(int(cells["question"]), int(cells["sequence"]), cells["model_a"], cells["model_b"], expected)
+    return Vote(cells["action"], question, cells["participant"], choice, position and int(position))
+
+
+def _choice(where: str, name: str, text: str, choices: Sequence[_Answer]) -> _Answer:
+    for choice in choices:
+        if text == choice:
+            return choice
+    raise ValueError(f"{where}: {name}: expected {', '.join(choices)}, got {text!r}")

@@ -10,8 +10,7 @@ from npss._analysis.ties import tied
 from npss._metric.convention import CONVENTIONS
 from npss._metric.registry import EULER_ERROR
 from npss.protocol import SLICES_MS
-from npss.study._design import Question
-from npss.study._votes import Choice
+from npss.study._design import Choice, Question
 from npss.validation import each, is_real
 
 

@@ -10,19 +10,23 @@ from npss._metric.convention import CONVENTIONS
 from npss._metric.registry import EULER_ERROR
 from npss._metric.signature import higher_is_better
 from npss.study._agreement import agreement, joint_agreement
+from npss.study._design import CHOICES, Choice
 from npss.study._input import Alternative
 from npss.study._intervals import wilson_interval
 from npss.study._kappa import kappa
 from npss.study._paired import mcnemar_test
 from npss.study._ranking import model_scores, predict, rank, score_of
 from npss.study._two_samples import binomial_test
-from npss.study._votes import CHOICES, Choice, Count, Vote, count_votes
+from npss.study._votes import Count, Vote, attention, count_votes
 
 #: Confidence level of all intervals.
 LEVEL = 0.95
 #: The meanings of the numbers.
 MEANINGS = {
     "majorities": "A or B, whichever has more votes; votes for a tie count for neither; equal numbers are a tie",
+    "sides": "votes for the motion on the left (A), on the right (B), and for neither",
+    "attention": "a participant who answers an attention check other than expected fails; the votes are counted unless "
+    "excluded on request, the checks never are",
     "fleiss_kappa": "Fleiss 1971 with the categories A, B and tie; 1: full agreement of participants, 0: chance",
     "score": "lower is better, unless the signature says better:higher; euler_error is the sum at 80, 160, 320, 400, "
     "560 and 1000 ms",
@@ -39,6 +43,7 @@ def summary(
     *,
     conventions: Sequence[str] | None = None,
     alternative: Alternative = "greater",
+    exclude_failed: bool = False,
 ) -> dict[str, Any]:
     """Summarise votes on models, and with records of their scores, the agreement of metrics.
 
@@ -52,12 +57,24 @@ def summary(
         Conventions of NPSS that the records must have (default: those that they have).
     alternative : {'greater', 'less', 'two-sided'}, optional
         Whether NPSS agrees with the majority more often than the Euler error, less often, or either.
+    exclude_failed : bool, optional
+        Whether to leave out the votes of participants who fail an attention check.
 
     Returns
     -------
     dict
-        ``overall``, ``actions``, ``pairs``; with records ``metrics`` and ``comparisons``; ``meanings``.
+        ``overall``, ``actions``, ``pairs``; if there are attention checks, ``attention``; with records ``metrics`` and
+        ``comparisons``; ``meanings``.
+
+    Raises
+    ------
+    ValueError
+        If participants who fail are to be left out but there are no attention checks, or nobody
+        passes them.
     """
+    checked = _attention(votes, exclude_failed)
+    excluded = checked["failed"] if checked and exclude_failed else {}
+    votes = [vote for vote in votes if not vote.question.expected and vote.participant not in excluded]
     counts = count_votes(votes)
     actions = list(dict.fromkeys(count.action for count in counts))
     results: dict[str, Any] = {
@@ -68,9 +85,25 @@ def summary(
         },
         "pairs": _pairs(counts),
     }
+    if checked:
+        results["attention"] = checked
     if records is not None:
         results |= _metrics(counts, records, conventions, alternative)
     return results | {"meanings": MEANINGS}
+
+
+def _attention(votes: Sequence[Vote], exclude: bool) -> dict[str, Any] | None:
+    """Return who failed the attention checks; None if there are none."""
+    participants = attention(votes)
+    checked = [of for of in participants if of.checks]
+    failed = {of.participant: {"checks": of.checks, "right": of.right} for of in checked if not of.passed}
+    if exclude and not checked:
+        raise ValueError("votes: no attention checks in them, so nobody can be left out for failing them")
+    if exclude and len(failed) == len(participants):
+        raise ValueError("votes: every participant failed an attention check, so no votes are left")
+    if not checked:
+        return None
+    return {"participants": len(checked), "failed": failed, "excluded": exclude}
 
 
 def _of(action: str, counts: Sequence[Count]) -> list[Count]:
@@ -84,6 +117,7 @@ def _participants(votes: Sequence[Vote], counts: Sequence[Count]) -> dict[str, A
         "questions": len(counts),
         "participants": len({vote.participant for vote in votes}),
         "votes": len(votes),
+        "sides": {choice: sum(vote.choice == choice for vote in votes) for choice in CHOICES},
         "majorities": {choice: majorities.count(choice) for choice in CHOICES},
         "fleiss_kappa": None,
     }

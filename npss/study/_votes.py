@@ -5,14 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
 
-from npss.study._design import Question
+from npss.study._design import CHOICES, MIRRORED, Choice, Question
 from npss.validation import Seed, generator, is_real, positive_integer, renamed
-
-#: The answers to a question: the motion on the left, the motion on the right, or neither.
-Choice = Literal["A", "B", "tie"]
-CHOICES: tuple[Choice, ...] = get_args(Choice)
 
 
 @dataclass(frozen=True)
@@ -24,11 +19,13 @@ class Vote:
     action : str
         The action of the survey.
     question : Question
-        The question.
+        The question, with its sides as the participant saw them.
     participant : str
         Who answered.
     choice : {'A', 'B', 'tie'}
         The answer.
+    position : int, optional
+        The place of the question in the participant's survey, from 1, if known.
 
     Examples
     --------
@@ -41,6 +38,7 @@ class Vote:
     question: Question
     participant: str
     choice: Choice
+    position: int | None = None
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ class Count:
     action : str
         The action of the survey.
     question : Question
-        The question.
+        The question. If participants saw it with either side, its models are in alphabetical order.
     a, b, tie : int
         The number of votes for A, for B, and for neither.
 
@@ -87,7 +85,7 @@ def simulate_votes(
     """Simulate the votes of a study, to try the analysis without participants.
 
     In the model of Bradley and Terry, A is chosen with probability 1 / (1 + exp(strength of B - strength of A)),
-    independently in each vote.
+    independently in each vote. Attention checks are answered as expected.
 
     Parameters
     ----------
@@ -105,7 +103,7 @@ def simulate_votes(
     Returns
     -------
     list of Vote
-        The votes of participants ``'p1'``, ``'p2'``, ...; all answers are A or B.
+        The votes of participants ``'p1'``, ``'p2'``, ..., who all see the same; all answers are A or B.
 
     Raises
     ------
@@ -127,12 +125,15 @@ def simulate_votes(
     participants = [f"p{i}" for i in range(1, positive_integer("n_participants", n_participants) + 1)]
     rng = generator(seed)
     for question in questions:
-        for model in (question.model_a, question.model_b):
+        for model in () if question.expected else (question.model_a, question.model_b):
             if not is_real(strengths.get(model)) or not math.isfinite(strengths[model]):
                 raise ValueError(f"strengths: no finite number for {model!r}, got {strengths.get(model)!r}")
     votes = []
     for participant in participants:
         for question in questions:
+            if question.expected:
+                votes.append(Vote(action, question, participant, question.expected))
+                continue
             ahead = strengths[question.model_a] - strengths[question.model_b]
             prefers_a = rng.random() < (1 + math.tanh(ahead / 2)) / 2
             votes.append(Vote(action, question, participant, "A" if prefers_a else "B"))
@@ -140,7 +141,10 @@ def simulate_votes(
 
 
 def count_votes(votes: Sequence[Vote]) -> list[Count]:
-    """Count the votes on every question.
+    """Count the votes on every question, whatever its position and side in the survey of each participant.
+
+    Votes belong to the same question if its action, number, sequence and models are the same; the models may have
+    changed sides. Attention checks are not counted: see `attention`.
 
     Parameters
     ----------
@@ -165,9 +169,91 @@ def count_votes(votes: Sequence[Vote]) -> list[Count]:
     >>> count.a, count.b, count.majority
     (0, 2, 'B')
     """
-    counts: dict[tuple[str, Question], dict[str, int]] = {}
+    of_question: dict[tuple[str, Question], list[Vote]] = {}
     for vote in votes:
-        if vote.choice not in CHOICES:
-            raise ValueError(f"votes: expected a choice of {', '.join(CHOICES)}, got {vote.choice!r}")
-        counts.setdefault((vote.action, vote.question), dict.fromkeys(CHOICES, 0))[vote.choice] += 1
-    return [Count(action, question, *numbers.values()) for (action, question), numbers in counts.items()]
+        _check_choice(vote)
+        if not vote.question.expected:
+            of_question.setdefault((vote.action, _in_order(vote.question)), []).append(vote)
+    counts = []
+    for (action, question), same in of_question.items():
+        # Sides that are the same for everybody are kept.
+        if len({vote.question for vote in same}) == 1:
+            question = same[0].question
+        choices = [vote.choice if vote.question == question else MIRRORED[vote.choice] for vote in same]
+        counts.append(Count(action, question, *map(choices.count, CHOICES)))
+    return counts
+
+
+def _in_order(question: Question) -> Question:
+    """Return a question with its models in alphabetical order."""
+    return question if question.model_a <= question.model_b else question.mirrored()
+
+
+def _check_choice(vote: Vote) -> None:
+    if vote.choice not in CHOICES:
+        raise ValueError(f"votes: expected a choice of {', '.join(CHOICES)}, got {vote.choice!r}")
+
+
+@dataclass(frozen=True)
+class Attention:
+    """The answers of one participant to the attention checks.
+
+    Attributes
+    ----------
+    participant : str
+        Who answered.
+    checks, right : int
+        The number of attention checks answered, and how many of them as expected; a tie is not.
+
+    Examples
+    --------
+    >>> from npss import study
+    >>> study.Attention("p07", checks=2, right=1).passed
+    False
+    """
+
+    participant: str
+    checks: int
+    right: int
+
+    @property
+    def passed(self) -> bool:
+        """Whether all checks were answered as expected."""
+        return self.right == self.checks
+
+
+def attention(votes: Sequence[Vote]) -> list[Attention]:
+    """Find who answered the attention checks as expected.
+
+    By chance alone, a participant passes ``n`` checks with probability ``2 ** -n``.
+
+    Parameters
+    ----------
+    votes : sequence of Vote
+        Votes from `read_votes`.
+
+    Returns
+    -------
+    list of Attention
+        An entry for each participant, in the order of first appearance, also for those without a check.
+
+    Raises
+    ------
+    ValueError
+        If a choice is not A, B or tie.
+
+    Examples
+    --------
+    >>> from npss import study
+    >>> check = study.Question(21, 4, "ground truth", "ground truth, upside down", expected="A")
+    >>> votes = [study.Vote("walking", check, "p1", "A"), study.Vote("walking", check.mirrored(), "p2", "A")]
+    >>> [of.participant for of in study.attention(votes) if not of.passed]
+    ['p2']
+    """
+    answered: dict[str, list[bool]] = {}
+    for vote in votes:
+        _check_choice(vote)
+        checks = answered.setdefault(vote.participant, [])
+        if vote.question.expected:
+            checks.append(vote.choice == vote.question.expected)
+    return [Attention(who, len(checks), sum(checks)) for who, checks in answered.items()]

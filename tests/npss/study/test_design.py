@@ -53,6 +53,26 @@ def test_sides_sequences_and_order_are_by_chance():
     assert 0 < sum(len({question.sequence for question in survey}) < 8 for survey in surveys) < 300
 
 
+def test_attention_checks_come_last_and_change_no_question():
+    plain, checked = (study.design(MODELS, range(8), 20, seed=3, attention_checks=n) for n in (0, 200))
+    assert checked[:20] == plain
+    assert [question.number for question in checked] == list(range(1, 221))
+    assert {question.expected for question in plain} == {None}
+    for check in checked[20:]:
+        right, wrong = (check.model_a, check.model_b) if check.expected == "A" else (check.model_b, check.model_a)
+        assert (right, wrong) == ("ground truth", "ground truth, upside down")
+    left = sum(check.expected == "A" for check in checked[20:])
+    assert stats.binomtest(left, 200).pvalue > 0.001
+    assert stats.chisquare(np.bincount([check.sequence for check in checked[20:]], minlength=8)).pvalue > 0.001
+
+
+def test_mirrored():
+    question = study.Question(3, 1, "x", "y", "A")
+    assert question.mirrored() == study.Question(3, 1, "y", "x", "B")
+    assert question.mirrored().mirrored() == question
+    assert study.Question(3, 1, "x", "y").mirrored().expected is None
+
+
 def test_other_seeds_ask_other_questions():
     first, second = (study.design(MODELS, range(8), 20, seed=seed) for seed in (0, 1))
     assert first != second
@@ -76,6 +96,13 @@ def test_arrays_of_sequences():
         ({"sequences": 8}, TypeError, "sequences: expected a sequence of whole numbers, got 8"),
         ({"sequences": [0.5]}, TypeError, r"sequences: expected whole numbers, got 0\.5"),
         ({"n_questions": 0}, ValueError, "n_questions: expected a positive integer, got 0"),
+        ({"attention_checks": -1}, ValueError, "attention_checks: expected 0 or more, got -1"),
+        ({"attention_checks": 0.5}, TypeError, r"attention_checks: expected a whole number, got 0\.5"),
+        (
+            {"models": ["one", "ground truth"], "attention_checks": 1},
+            ValueError,
+            "models: 'ground truth' is what an attention check shows; expected another name",
+        ),
         ({"seed": "0"}, TypeError, r"seed: expected a whole number or a numpy\.random\.Generator, got '0'"),
     ],
 )

@@ -170,7 +170,8 @@ class TestFiles:
             (f"walking,1,{'9' * 5000},GRU-d,VGRU-d,p2,A", "sequence: expected a whole number, got '999"),
             ("walking,2,4,GRU-d,GRU-d,p2,A", "model_a and model_b are both 'GRU-d'"),
             ("walking,1,5,GRU-d,VGRU-d,p2,A", r"question 1 of walking differs from before: Question\(number=1"),
-            ("walking,1,4,VGRU-d,GRU-d,p2,A", "question 1 of walking differs from before"),
+            ("walking,1,5,VGRU-d,GRU-d,p2,A", "question 1 of walking differs from before"),
+            ("walking,1,4,VGRU-d,GRU-d,p1,A", "participant 'p1' answers question 1 of walking again, after .* line 2"),
             ("walking,1,4,GRU-d,VGRU-d,p1,B", "participant 'p1' answers question 1 of walking again, after .* line 2"),
             ('walking,1,4,GRU-d,VGRU-d,"p"2,A', "invalid CSV"),
             ('walking,1,4,GRU-d,"VGRU-d\n\n,p2,A', "invalid CSV"),
@@ -182,9 +183,55 @@ class TestFiles:
         with pytest.raises(ValueError, match=rf"votes\.csv: line 3: {message}"):
             study.read_votes(path)
 
+    def test_sides_may_be_swapped(self, path):
+        write(path, HEADER, "walking,1,4,GRU-d,VGRU-d,p1,A", "walking,1,4,VGRU-d,GRU-d,p2,A")
+        assert study.read_votes(path) == [
+            study.Vote("walking", FIRST, "p1", "A"),
+            study.Vote("walking", FIRST.mirrored(), "p2", "A"),
+        ]
+
+    def test_optional_columns(self, path):
+        check = study.Question(9, 4, "ground truth", "ground truth, upside down", "A")
+        votes = [
+            study.Vote("walking", FIRST, "1", "A", 2),
+            study.Vote("walking", check, "1", "A", 1),
+            study.Vote("walking", FIRST.mirrored(), "2", "tie", 1),
+            study.Vote("walking", check.mirrored(), "2", "A", 2),
+        ]
+        write(
+            path,
+            f"expected,{HEADER},position",
+            ",walking,1,4,GRU-d,VGRU-d,1,A,2",
+            'A,walking,9,4,ground truth,"ground truth, upside down",1,A,1',
+            ",walking,1,4,VGRU-d,GRU-d,2,tie,1",
+            'B,walking,9,4,"ground truth, upside down",ground truth,2,A,2',
+        )
+        assert study.read_votes(path) == votes
+        study.write_votes(path, votes)
+        assert path.read_text(encoding="utf-8").splitlines()[0] == f"{HEADER},position,expected"
+        assert study.read_votes(path) == votes
+        study.write_votes(path, votes[:1])
+        assert path.read_text(encoding="utf-8").splitlines() == [f"{HEADER},position", "walking,1,4,GRU-d,VGRU-d,1,A,2"]
+
+    @pytest.mark.parametrize(
+        ("line", "message"),
+        [
+            ("walking,1,4,GRU-d,VGRU-d,p2,A,0,", "position: expected a whole number from 1, got '0'"),
+            ("walking,1,4,GRU-d,VGRU-d,p2,A,two,", "position: expected a whole number from 1, got 'two'"),
+            ("walking,1,4,GRU-d,VGRU-d,p2,A,1,tie", "expected: expected A, B, got 'tie'"),
+            ("walking,1,4,GRU-d,VGRU-d,p2,A,1,A", "question 1 of walking differs from before"),
+            ("walking,1,4,GRU-d,VGRU-d,p2,A,1", "expected 9 cells, got 8"),
+        ],
+    )
+    def test_bad_optional_cells(self, path, line, message):
+        write(path, f"{HEADER},position,expected", "walking,1,4,GRU-d,VGRU-d,p1,A,,", line)
+        with pytest.raises(ValueError, match=rf"votes\.csv: line 3: {message}"):
+            study.read_votes(path)
+
     @pytest.mark.parametrize(
         "header",
         [
+            HEADER + ",position,position",
             "",
             HEADER.upper(),
             HEADER + ",age",
@@ -257,9 +304,62 @@ class TestCounts:
         ]
         assert study.count_votes([]) == []
 
+    @given(
+        st.lists(st.tuples(st.integers(0, 5), st.booleans(), st.sampled_from("AABt")), min_size=1, max_size=30),
+        st.randoms(use_true_random=False),
+    )
+    def test_votes_are_merged_by_question_and_not_by_side_or_place(self, cast, random):
+        """Against a count of the models chosen."""
+        votes, chosen = [], {}
+        for who, (number, swapped, choice) in enumerate(cast):
+            models = ("GRU-d", "VGRU-d") if number % 2 else ("VGRU-d", "GRU-d")
+            question = study.Question(number, 4, *models)
+            shown = question.mirrored() if swapped else question
+            choice = {"t": "tie"}.get(choice, choice)
+            votes.append(study.Vote("walking", shown, f"p{who}", choice, who + 1))
+            model = {"A": shown.model_a, "B": shown.model_b, "tie": "tie"}[choice]
+            chosen.setdefault(number, []).append(model)
+        random.shuffle(votes)
+        counts = study.count_votes(votes)
+        assert len(counts) == len(chosen)
+        for count in counts:
+            asked, models = count.question, chosen[count.question.number]
+            expected = [models.count(name) for name in (asked.model_a, asked.model_b, "tie")]
+            assert [count.a, count.b, count.tie] == expected
+            sides = {vote.question for vote in votes if vote.question.number == asked.number}
+            assert sides == {asked} or (len(sides) == 2 and asked.model_a < asked.model_b)
+
+    def test_attention_checks_are_not_counted(self):
+        check = study.Question(9, 4, "ground truth", "upside down", "A")
+        votes = [study.Vote("walking", FIRST, "p1", "A"), study.Vote("walking", check, "p1", "A")]
+        assert study.count_votes(votes) == study.count_votes(votes[:1])
+
+    def test_attention(self):
+        one = study.Question(8, 4, "ground truth", "upside down", "A")
+        two = study.Question(9, 1, "upside down", "ground truth", "B")
+        answers = {"p1": "AB", "p2": "AA", "p3": ["tie", "B"], "p4": ""}
+        votes = [
+            study.Vote("walking", question, who, choice)
+            for who, choices in answers.items()
+            for question, choice in zip([FIRST, one, two], ["B", *choices], strict=False)
+        ]
+        found = study.attention(votes)
+        assert [(of.participant, of.checks, of.right, of.passed) for of in found] == [
+            ("p1", 2, 2, True),
+            ("p2", 2, 1, False),
+            ("p3", 2, 1, False),
+            ("p4", 0, 0, True),
+        ]
+        mirrored = [
+            study.Vote(v.action, v.question.mirrored(), v.participant, {"A": "B", "B": "A"}.get(v.choice, v.choice))
+            for v in votes
+        ]
+        assert study.attention(mirrored) == found
+
     def test_bad_choice(self):
-        with pytest.raises(ValueError, match="votes: expected a choice of A, B, tie, got 'both'"):
-            study.count_votes([study.Vote("walking", FIRST, "p1", "both")])
+        for function in study.count_votes, study.attention:
+            with pytest.raises(ValueError, match="votes: expected a choice of A, B, tie, got 'both'"):
+                function([study.Vote("walking", FIRST, "p1", "both")])
 
 
 class TestSimulation:
@@ -271,6 +371,11 @@ class TestSimulation:
         assert stats.binomtest(first.a, 4000, 0.5).pvalue < 1e-6
         assert (second.a, second.b) == (0, 4000)
         assert (first.tie, second.tie) == (0, 0)
+
+    def test_attention_checks_are_passed(self):
+        check = study.Question(9, 4, "ground truth", "upside down", "B")
+        votes = study.simulate_votes([FIRST, check], {"GRU-d": 0, "VGRU-d": 0}, 20, action="walking", seed=0)
+        assert all(of.passed and of.checks == 1 for of in study.attention(votes))
 
     def test_extreme_strengths(self):
         strengths = {"GRU-d": 1e308, "VGRU-d": -1e308}
