@@ -37,6 +37,7 @@ BEYOND_THE_CORE = (
     "selenium",
     "torch",
     "torchmetrics",
+    "websocket",
 )
 
 #: Markers of the tests that use a fixture.

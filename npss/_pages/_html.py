@@ -19,7 +19,15 @@ from npss.validation import Array, check_finite, positive_number, real_array
 _LARGEST = 2**15 - 1  # mm; positions are stored as 16-bit integers
 
 
-def page(*, title: str, body: str, scripts: Sequence[str], data: object) -> str:
+def page(
+    *,
+    title: str,
+    body: str,
+    scripts: Sequence[str],
+    data: object,
+    language: str = "en",
+    direction: str = "ltr",
+) -> str:
     """Return a page.
 
     Parameters
@@ -32,6 +40,10 @@ def page(*, title: str, body: str, scripts: Sequence[str], data: object) -> str:
         Names of script files in this folder, run in this order.
     data : object
         Data for the scripts, as JSON in the element ``data``.
+    language : str, optional
+        The language tag of the page.
+    direction : {'ltr', 'rtl'}, optional
+        The direction of its script.
     """
     script = "".join(resource(name) for name in scripts)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
@@ -41,7 +53,7 @@ def page(*, title: str, body: str, scripts: Sequence[str], data: object) -> str:
         "base-uri 'none'; form-action 'none'"
     )
     return f"""<!doctype html>
-<html lang="en">
+<html lang="{escape(language)}" dir="{escape(direction)}">
 <head>
 <meta charset="utf-8">
 <meta http-equiv="Content-Security-Policy" content="{policy}">

@@ -11,6 +11,16 @@ function element(name, properties = {}, ...children) {
   return made;
 }
 
+// Fill in the words in braces of a text.
+function fill(text, words) {
+  return text.replaceAll(/\{(\w+)\}/g, (braces, word) => words[word] ?? braces);
+}
+
+const WORDS = {
+  ...{ play: "Play", pause: "Pause", time: "Time", clock: "{now} of {end} ms", view: "View" },
+  figure: "Moving skeleton: {name}",
+};
+
 // Positions of joints, x y z, frame after frame: millimetres as 16-bit integers, lowest byte first.
 function unpack(text) {
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
@@ -18,9 +28,12 @@ function unpack(text) {
 }
 
 class Player {
-  // `figure` holds fps and bones, each (child, parent, side).
-  constructor(box, figure, { abreast = false } = {}) {
+  // `figure` holds fps and bones, each (child, parent, side); `words` are the texts of the controls.
+  constructor(box, figure, { abreast = false, words = WORDS } = {}) {
     this.figure = figure;
+    this.words = words;
+    const children = new Set(figure.bones.map(([child]) => child));
+    this.root = figure.bones.map(([, parent]) => parent).find((joint) => !children.has(joint)) ?? 0;
     this.joints = 1 + Math.max(0, ...figure.bones.flatMap(([child, parent]) => [child, parent]));
     this.panels = [];
     this.frame = null;
@@ -38,8 +51,8 @@ class Player {
       "div",
       { className: "controls" },
       this.button,
-      element("label", { className: "time" }, "Time", this.slider, this.clock),
-      element("label", { className: "view" }, "View", this.view),
+      element("label", { className: "time" }, words.time, this.slider, this.clock),
+      element("label", { className: "view" }, words.view, this.view),
     );
     box.append(this.box, controls);
 
@@ -58,7 +71,7 @@ class Player {
   show(panels) {
     this.resized.disconnect();
     this.panels = panels.map(({ label, truth, motion }) => {
-      const canvas = element("canvas", { role: "img", ariaLabel: `Moving skeleton: ${label}` });
+      const canvas = element("canvas", { role: "img", ariaLabel: fill(this.words.figure, { name: label }) });
       this.drag(canvas);
       this.resized.observe(canvas);
       return { label, truth, canvas, motion: unpack(motion) };
@@ -79,7 +92,7 @@ class Player {
 
   play() {
     if (this.frame === this.frames - 1) this.seek(0);
-    this.button.textContent = "Pause";
+    this.button.textContent = this.words.pause;
     this.started = undefined; // set by the first animation frame
     cancelAnimationFrame(this.request);
     const tick = (now) => {
@@ -95,14 +108,14 @@ class Player {
   pause() {
     cancelAnimationFrame(this.request);
     this.started = null;
-    this.button.textContent = "Play";
+    this.button.textContent = this.words.play;
   }
 
   seek(frame) {
     if (frame === this.frame) return;
     this.frame = frame;
     const time = (index) => Math.round(((index + 1) * 1000) / this.figure.fps);
-    this.clock.value = `${time(frame)} of ${time(this.frames - 1)} ms`;
+    this.clock.value = fill(this.words.clock, { now: time(frame), end: time(this.frames - 1) });
     this.slider.value = frame;
     this.slider.ariaValueText = this.clock.value;
     this.draw();
@@ -123,6 +136,12 @@ class Player {
     });
   }
 
+  // The place of the root above the floor, which the view follows.
+  place(motion, frame) {
+    const at = 3 * (frame * this.joints + this.root);
+    return [motion[at], motion[at + 2]];
+  }
+
   // Measure the space that all motions need from any direction of view.
   measure() {
     this.floor = Infinity;
@@ -130,9 +149,10 @@ class Player {
     this.reach = 1;
     for (const { motion } of this.panels) {
       for (let i = 0; i < motion.length; i += 3) {
+        const [x, z] = this.place(motion, Math.floor(i / 3 / this.joints));
         this.floor = Math.min(this.floor, motion[i + 1]);
         this.top = Math.max(this.top, motion[i + 1]);
-        this.reach = Math.max(this.reach, Math.hypot(motion[i], motion[i + 2]));
+        this.reach = Math.max(this.reach, Math.hypot(motion[i] - x, motion[i + 2] - z));
       }
     }
   }
@@ -156,16 +176,17 @@ class Player {
     const context = canvas.getContext("2d");
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
-    context.lineCap = "round";
 
     const scale = 0.92 * Math.min(height / (this.top - this.floor + 250), width / (2 * this.reach));
     const [sinYaw, cosYaw] = [Math.sin((this.yaw * Math.PI) / 180), Math.cos((this.yaw * Math.PI) / 180)];
     const [sinPitch, cosPitch] = [Math.sin((this.pitch * Math.PI) / 180), Math.cos((this.pitch * Math.PI) / 180)];
     const middle = (this.top + this.floor) / 2;
+    const frame = Math.min(this.frame, motion.length / this.joints / 3 - 1);
+    const [rootX, rootZ] = this.place(motion, frame);
     // x to the right, y down; nearer points are larger.
     const project = (x, y, z) => {
-      const across = x * cosYaw + z * sinYaw;
-      const ahead = z * cosYaw - x * sinYaw;
+      const across = (x - rootX) * cosYaw + (z - rootZ) * sinYaw;
+      const ahead = (z - rootZ) * cosYaw - (x - rootX) * sinYaw;
       const up = (y - middle) * cosPitch - ahead * sinPitch;
       const near = (y - middle) * sinPitch + ahead * cosPitch;
       const size = (scale * DISTANCE) / Math.max(DISTANCE - near, 1);
@@ -180,12 +201,23 @@ class Player {
 
     context.strokeStyle = colour("line");
     context.lineWidth = 1;
+    const [gridX, gridZ] = [Math.round(rootX / GRID) * GRID, Math.round(rootZ / GRID) * GRID];
     for (let at = -2 * GRID; at <= 2 * GRID; at += GRID) {
-      line(project(at, this.floor, -2 * GRID), project(at, this.floor, 2 * GRID));
-      line(project(-2 * GRID, this.floor, at), project(2 * GRID, this.floor, at));
+      line(project(gridX + at, this.floor, gridZ - 2 * GRID), project(gridX + at, this.floor, gridZ + 2 * GRID));
+      line(project(gridX - 2 * GRID, this.floor, gridZ + at), project(gridX + 2 * GRID, this.floor, gridZ + at));
     }
 
-    const frame = Math.min(this.frame, motion.length / this.joints / 3 - 1);
+    // The path of the root so far, on the floor.
+    context.strokeStyle = colour("muted");
+    context.lineWidth = 2;
+    context.lineCap = "butt"; // nothing for a root that stays in its place
+    context.beginPath();
+    for (let past = 0; past <= frame; past++) {
+      const [x, z] = this.place(motion, past);
+      context.lineTo(...project(x, this.floor, z).slice(0, 2));
+    }
+    context.stroke();
+
     const joints = [];
     for (let j = 0; j < this.joints; j++) {
       const at = 3 * (frame * this.joints + j);
@@ -193,6 +225,7 @@ class Player {
     }
     const far = (bone) => joints[bone[0]][2] + joints[bone[1]][2];
     context.lineWidth = Math.max(2.5, 40 * scale);
+    context.lineCap = "round";
     // From far to near; where bones coincide, as spine and collarbones, the first is visible.
     for (const bone of this.figure.bones.toReversed().sort((a, b) => far(a) - far(b))) {
       context.strokeStyle = colour(`${truth ? "truth" : "motion"}-${bone[2]}`);

@@ -5,10 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from npss import published
 from npss._metric.convention import CONVENTIONS
+from npss._pages import survey
+from npss._pages._html import resource
+from npss._pages.texts import read_texts
+from npss._pages.travel import Root
 from npss.commands import _votes
 from npss.console import Parser
 from npss.files._formats import listed
@@ -27,6 +31,7 @@ Plan a user study, build its survey, and evaluate its votes.
   npss study plan P_A P_B         questions needed to tell apart two metrics that agree with people on shares P_A and
                                   P_B of the questions
   npss study page DIR -o FILE     a survey on one HTML page, from the samples in DIR, one file per model
+  npss study texts                the texts of the page as TOML, to translate or change
   npss study VOTES [VOTES ...]    results of the votes; short for npss study evaluate VOTES
 """
 _EVALUATE = """\
@@ -34,7 +39,12 @@ Count votes by model, and measure the agreement of participants. With scores, al
 with the majority, and test NPSS against the Euler error.
 
 VOTES are CSV files with the columns action, question, sequence, model_a, model_b, participant, choice (A, B or tie):
-one file for all participants, one file each, or a folder of them.
+one file for all participants, one file each, or a folder of them. The pages of `npss study page` add the columns
+position and expected (the answer to an attention check). A question is the same whatever its position and side.
+"""
+_PAGE = """\
+Build a survey on one HTML page, which needs no network and sends nothing. Each participant gets a number: 1, 2, 3, ...
+By it, the page chooses the order of actions and questions and their sides, balanced over participants.
 """
 _PLAN = """\
 Compute how many questions a study needs, or the power of a number of questions, for the two-proportion z test. The
@@ -51,7 +61,7 @@ def add_parser(commands: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     subcommands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for add in (_add_plan, _add_page, _add_evaluate):
+    for add in (_add_plan, _add_page, _add_texts, _add_evaluate):
         add(subcommands)
     parser.imply("evaluate", subcommands)
 
@@ -99,7 +109,7 @@ def _add_format(parser: argparse.ArgumentParser) -> None:
 
 def _add_page(subcommands: Any) -> None:
     parser: argparse.ArgumentParser = subcommands.add_parser(
-        "page", help="build the page of a survey", description="Build a survey on one HTML page."
+        "page", help="build the page of a survey", description=_PAGE
     )
     parser.add_argument(
         "directory", type=Path, metavar="DIR", help=f"a folder with one file of samples ({listed('samples')}) per model"
@@ -111,7 +121,7 @@ def _add_page(subcommands: Any) -> None:
         type=int,
         default=20,
         metavar="N",
-        help="ask N questions (default: %(default)s, as in the paper)",
+        help="ask N questions on each action (default: %(default)s, as in the paper)",
     )
     parser.add_argument(
         "--seed",
@@ -120,9 +130,51 @@ def _add_page(subcommands: Any) -> None:
         metavar="N",
         help="set the random seed for drawing the questions (default: %(default)s)",
     )
-    parser.add_argument("--action", help="choose the action, if the models share several")
+    parser.add_argument(
+        "--actions", nargs="+", metavar="ACTION", help="choose the actions (default: all, if every file has the same)"
+    )
+    parser.add_argument(
+        "--attention-checks",
+        type=int,
+        default=0,
+        metavar="N",
+        help="add N questions on each action with the recording itself as one of the motions, and the recording upside "
+        "down as the other (default: %(default)s)",
+    )
+    parser.add_argument("--ties", action="store_true", help="also offer the answer that there is no preference")
+    parser.add_argument(
+        "--texts",
+        type=Path,
+        metavar="FILE",
+        help="read the texts of the page from a TOML or JSON file: see study texts",
+    )
+    parser.add_argument(
+        "--root",
+        choices=get_args(Root),
+        default="known",
+        help="let the figures travel where the motion of the root is known, for the recording and all models, or keep "
+        "the root fixed (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--root-steps",
+        type=int,
+        default=1,
+        metavar="N",
+        help="multiply the motion of the root by N, if the files have every Nth frame of a recording but the "
+        "displacement since its last frame, as files of Human3.6M have with N = 2 (default: %(default)s)",
+    )
     add_max_size(parser)
     parser.set_defaults(run=_page)
+
+
+def _add_texts(subcommands: Any) -> None:
+    parser: argparse.ArgumentParser = subcommands.add_parser(
+        "texts",
+        help="print the texts of the page",
+        description="Print the texts of the page as TOML, with comments, to change in a file for `npss study page "
+        "--texts FILE`.",
+    )
+    parser.set_defaults(run=_texts)
 
 
 def _add_evaluate(subcommands: Any) -> None:
@@ -150,6 +202,9 @@ def _add_evaluate(subcommands: Any) -> None:
         help="test whether NPSS agrees with the majority more often than the Euler error, less often, or either "
         "(default: greater, as in the paper)",
     )
+    parser.add_argument(
+        "--exclude-failed", action="store_true", help="leave out participants who fail an attention check"
+    )
     _add_format(parser)
     parser.set_defaults(run=_evaluate)
 
@@ -174,17 +229,25 @@ def _plan(options: argparse.Namespace) -> None:
 
 def _page(options: argparse.Namespace) -> None:
     """Write the page of a survey."""
-    from npss._pages import survey  # imported here: votes are counted without it
-
-    check_output(options.output, sample_files([options.directory]))
+    check_output(options.output, [*sample_files([options.directory]), *([options.texts] if options.texts else [])])
     text = survey(
         options.directory,
         n_questions=options.n_questions,
         seed=options.seed,
-        action=options.action,
+        actions=options.actions,
+        attention_checks=options.attention_checks,
+        ties=options.ties,
+        texts=read_texts(options.texts) if options.texts else None,
+        root=options.root,
+        root_steps=options.root_steps,
         max_size=options.max_size,
     )
     write_text_atomically(options.output, text)
+
+
+def _texts(options: argparse.Namespace) -> None:
+    """Print the texts of the page."""
+    print(resource("survey.toml"), end="")
 
 
 def _evaluate(options: argparse.Namespace) -> None:
@@ -201,6 +264,7 @@ def _evaluate(options: argparse.Namespace) -> None:
         records,
         conventions=(options.convention,) if options.convention else None,
         alternative=options.alternative or ALTERNATIVES[0],
+        exclude_failed=options.exclude_failed,
     )
     print(json.dumps(results, indent=2) if options.format == "json" else _votes.text(results))
 

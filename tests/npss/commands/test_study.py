@@ -83,6 +83,7 @@ class TestVotesAlone:
         assert ["one", "two", "2", "4", "0", "2", "2", "0", "0"] in rows
         assert ["three", "two", "1", "2", "1", "0", "1", "0", "0"] in rows
         assert ["one", "three", "1", "1", "1", "1", "0", "0", "1"] in rows
+        assert "    sides: left 4, right 5, tie 3; votes for the motion on the left (A)" in out
         assert "majorities: A or B, whichever has more votes" in out
         assert "NPSS" not in out
 
@@ -122,6 +123,52 @@ class TestVotesAlone:
                 "\n".join([HEADER, *(line for line in lines if f",{who}," in line), ""]), encoding="utf-8"
             )
         assert call(*parts) == call(small)
+
+
+class TestAttention:
+    """Three participants, of whom p2 and p3 fail one of two checks."""
+
+    @pytest.fixture
+    def checked(self, tmp_path):
+        real, fake = "ground truth", '"ground truth, upside down"'
+        lines = [f"{HEADER},position,expected"]
+        for who, choices in {"p1": "A A A A B", "p2": "A B B A A", "p3": "B A A tie B"}.items():
+            pairs = ["one,two", "one,three", "two,three", f"{real},{fake}", f"{fake},{real}"]
+            for number, (pair, choice) in enumerate(zip(pairs, choices.split(), strict=True), 1):
+                expected = {4: "A", 5: "B"}.get(number, "")
+                lines.append(f"gait,{number},0,{pair},{who},{choice},{number},{expected}")
+        path = tmp_path / "checked.csv"
+        path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+        return path
+
+    def test_who_fails_is_listed_and_counted(self, call, checked):
+        status, out, err = call(checked)
+        assert (status, err) == (0, "")
+        assert out.splitlines()[:3] == [
+            "attention checks: 2 of 3 participants failed",
+            "    p2: 1 of 2 right; counted",
+            "    p3: 1 of 2 right; counted",
+        ]
+        assert ["all", "3", "3", "9", "3", "0", "0"] in [line.split()[:7] for line in out.splitlines()]
+        told = json.loads(call(checked, "--format", "json")[1])
+        assert told["attention"] == {
+            "participants": 3,
+            "failed": {"p2": {"checks": 2, "right": 1}, "p3": {"checks": 2, "right": 1}},
+            "excluded": False,
+        }
+
+    def test_who_fails_is_excluded_on_request(self, call, checked):
+        told = json.loads(call(checked, "--exclude-failed", "--format", "json")[1])
+        assert told["attention"]["excluded"]
+        overall = told["overall"]
+        assert (overall["participants"], overall["votes"], overall["majorities"]["A"]) == (1, 3, 3)
+        assert "    p3: 1 of 2 right; left out\n" in call(checked, "--exclude-failed")[1]
+
+    def test_errors(self, call, checked, small):
+        assert "VOTES: no attention checks in them, so nobody can be left out" in call(small, "--exclude-failed")[2]
+        text = checked.read_text(encoding="utf-8").replace("p1,B,5,B", "p1,A,5,B")
+        checked.write_text(text, encoding="utf-8")
+        assert "VOTES: every participant failed an attention check" in call(checked, "--exclude-failed")[2]
 
 
 class TestScores:
@@ -287,6 +334,7 @@ class TestErrors:
     def test_of_options(self, call, small, tmp_path):
         assert "--convention and --alternative need scores" in call(small, "--alternative", "less")[2]
         assert "unrecognized arguments: -o x.html" in call(small, "-o", "x.html")[2]
+        assert "--exclude-failed" in call("evaluate", "--help")[1]
         assert "unrecognized arguments: --published" in call("page", tmp_path, "-o", "x.html", "--published")[2]
         assert "the following arguments are required: -o/--output" in call("page", tmp_path)[2]
         assert "the following arguments are required: COMMAND" in call()[2]
@@ -299,7 +347,7 @@ class TestForms:
         assert expected[0] == 0
         assert call(small, "--format", "json") == call("--format", "json", small) == expected
         monkeypatch.chdir(small.parent)
-        for name in ("page", "plan", "evaluate"):
+        for name in ("page", "plan", "texts", "evaluate"):
             assert call("evaluate", small.rename(name)) == call(f"./{name}") == call("evaluate", name)
             Path(name).rename(small)
 
@@ -314,7 +362,7 @@ class TestForms:
     def test_help(self, call, ask):
         status, out, _ = call(ask)
         assert status == 0
-        assert all(f"npss study {form}" in out for form in ("plan", "page", "evaluate", "VOTES"))
+        assert all(f"npss study {form}" in out for form in ("plan", "page", "texts", "evaluate", "VOTES"))
 
     def test_names_of_several_lines_stay_in_theirs(self, call, tmp_path):
         votes = tmp_path / "votes.csv"
@@ -401,7 +449,44 @@ class TestPage:
         assert call("page", samples, "-o", path) == (0, "", "")
         assert path.read_text(encoding="utf-8") == survey(samples, n_questions=20, seed=0)
         assert call("page", samples, "-o", path, "--questions", 3, "--seed", 7, "--action", "walking") == (0, "", "")
-        assert path.read_text(encoding="utf-8") == survey(samples, n_questions=3, seed=7, action="walking")
+        assert path.read_text(encoding="utf-8") == survey(samples, n_questions=3, seed=7, actions=["walking"])
+
+    def test_options(self, call, samples):
+        from npss._pages import survey
+        from npss._pages.texts import read_texts
+
+        path, texts = samples / "survey.html", samples / "texts.json"
+        texts.write_text('{"title": "Which?"}', encoding="utf-8")
+        options = ["--ties", "--attention-checks", 2, "--root", "fixed", "--root-steps", 2, "--texts", texts]
+        assert call("page", samples, "-o", path, *options) == (0, "", "")
+        made = {"ties": True, "attention_checks": 2, "root": "fixed", "root_steps": 2, "texts": read_texts(texts)}
+        assert path.read_text(encoding="utf-8") == survey(samples, n_questions=20, seed=0, **made)
+
+    def test_errors(self, call, samples):
+        for options, message in (
+            (["--actions", "eating"], "--actions: expected some of walking, which all files have, got 'eating'"),
+            (["--attention-checks", -1], "--attention-checks: expected 0 or more, got -1"),
+            (["--root-steps", 0], "--root-steps: expected a positive integer, got 0"),
+            (["--questions", 0], "expected a positive integer, got 0"),
+            (["--texts", samples / "none.toml"], "none.toml"),
+            (["--root", "moving"], "argument --root: invalid choice: 'moving'"),
+        ):
+            status, out, err = call("page", samples, "-o", samples / "survey.html", *options)
+            assert (status, out) == (2, "")
+            assert message in err
+        texts = samples / "texts.toml"
+        texts.write_text('title = "Which?"', encoding="utf-8")
+        assert "would overwrite an input" in call("page", samples, "-o", texts, "--texts", texts)[2]
+
+    def test_texts(self, call, samples):
+        from npss._pages import survey
+
+        status, out, err = call("texts")
+        assert (status, err) == (0, "")
+        texts = samples / "texts.toml"
+        texts.write_text(out, encoding="utf-8")
+        assert call("page", samples, "-o", samples / "survey.html", "--texts", texts) == (0, "", "")
+        assert (samples / "survey.html").read_text(encoding="utf-8") == survey(samples, n_questions=20, seed=0)
 
     def test_a_page_that_cannot_be_written_costs_none(self, call, samples):
         status, _, err = call("page", samples, "-o", samples / "no" / "survey.html")
@@ -418,8 +503,8 @@ def programs():
 
 
 @pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
-def test_the_page_has_three_programs_and_all_show_what_they_print():
-    assert len(programs()) == PAGE.read_text(encoding="utf-8").count("```python") == 3
+def test_the_page_has_four_programs_and_all_show_what_they_print():
+    assert len(programs()) == PAGE.read_text(encoding="utf-8").count("```python") == 4
 
 
 @pytest.mark.parametrize(("program", "printed"), programs())

@@ -1,9 +1,12 @@
 """The pages in a browser: they move, can be answered and read, and request nothing from the network."""
 
 import json
+import re
 import shutil
 import time
+import tomllib
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 from selenium import webdriver
@@ -14,13 +17,18 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
 from npss import gait, study
-from npss._pages import Figure, report_page, survey_page
+from npss._pages import Figure, Part, report_page, survey_page
+from npss._pages._html import resource
+from npss._pages.texts import read_texts
+from npss.commands import main
 from npss.skeleton import H36M, poses_to_positions
+from survey_pages import OUT_OF_SIGHT, write_samples
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")
 pytestmark = pytest.mark.skipif(not (BROWSER and DRIVER), reason="needs Chromium and chromedriver")
 
+GERMAN = Path(__file__).parents[3] / "docs" / "survey.de.toml"
 FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"),
     *("--disable-component-update", "--disable-sync", "--disable-quic"),
@@ -31,6 +39,8 @@ QUESTIONS = [
     study.Question(2, 0, MODELS[2], MODELS[0]),
     study.Question(3, 1, MODELS[1], MODELS[0]),
 ]
+#: The questions of each participant, in order and with sides.
+BLOCK = [[question for _, question in shown] for shown in study.counterbalance({"walking": QUESTIONS}, seed=0)]
 
 
 def walks(seed):
@@ -53,7 +63,8 @@ def browser(tmp_path_factory):
 def pages(tmp_path_factory):
     """Addresses of a survey and a report of generated motion."""
     folder = tmp_path_factory.mktemp("pages")
-    survey = survey_page(walks(0), {m: walks(i + 1) for i, m in enumerate(MODELS)}, QUESTIONS, action="walking")
+    part = Part(walks(0), {m: walks(i + 1) for i, m in enumerate(MODELS)}, QUESTIONS)
+    survey = survey_page({"walking": part}, seed=0)
     rows = "".join(
         f"<tr><th>{name}</th>" + "<td>1.234</td>" * 9 + "</tr>" for name in ("a model with a long name", "another")
     )
@@ -85,9 +96,9 @@ def open_page(browser, pages):
     """Open a page as somebody would who has never seen it; afterwards, look at what it logged and asked for."""
     scripts = []
 
-    def visit(name, *, width=1280, scale=1, scheme="light", motion="reduce", before=None):
+    def visit(name, *, width=1280, height=800, scale=1, scheme="light", motion="reduce", before=None):
         browser.get_log("performance")
-        screen = {"width": width, "height": 800, "deviceScaleFactor": scale, "mobile": False}
+        screen = {"width": width, "height": height, "deviceScaleFactor": scale, "mobile": False}
         browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
         media = {"prefers-color-scheme": scheme, "prefers-reduced-motion": motion}
         features = [{"name": key, "value": value} for key, value in media.items()]
@@ -154,7 +165,7 @@ def drag(browser, canvas, x, y):
     ActionChains(browser, duration=50).drag_and_drop_by_offset(canvas, x, y).perform()
 
 
-def start(browser, participant="p1"):
+def start(browser, participant="1"):
     get(browser, "#participant").send_keys(participant)
     get(browser, "#start-form button").click()
 
@@ -363,49 +374,48 @@ def saved(browser, folder):
 
 def test_a_survey_is_blind_and_the_file_of_its_answers_right(open_page, tmp_path):
     browser = open_page("survey")
-    start(browser, ' Zoë, "p1" ')
+    start(browser, " 2 ")
     choices = ["B", "A", "B"]
     for i, choice in enumerate(choices):
         assert get(browser, "#number").text == f"Question {i + 1} of 3"
-        assert [caption.text for caption in every(browser, "figcaption")] == ["Ground truth", "A", "B"]
+        assert [caption.text for caption in every(browser, "figcaption")] == ["Real recording", "A", "B"]
         elements = browser.execute_script("return document.body.outerHTML")
         assert not any(model.split()[0] in elements for model in MODELS)
         answer(browser, choice)
     assert get(browser, "#end").is_displayed()
     path = saved(browser, tmp_path)
-    assert path.name == "answers-walking-Zoë-p1-.csv"
-    assert path.read_text(encoding="utf-8").splitlines()[0] == ",".join(
-        ("action", "question", "sequence", "model_a", "model_b", "participant", "choice")
-    )
+    assert path.name == "answers-walking-2.csv"
     votes = study.read_votes(path)
     assert votes == [
-        study.Vote("walking", question, 'Zoë, "p1"', choice)
-        for question, choice in zip(QUESTIONS, choices, strict=True)
+        study.Vote("walking", question, "2", choice, position)
+        for position, (question, choice) in enumerate(zip(BLOCK[1], choices, strict=True), 1)
     ]
 
 
 def test_a_question_shows_the_motions_it_is_about(open_page, browser):
     open_page("survey")
+    seen = {}
     start(browser)
-    truth, a, b = pictures(browser)
-    answer(browser, "A")
-    assert not {truth, a, b} & set(pictures(browser))
-    answer(browser, "A")
-    assert pictures(browser) == [truth, b, a]  # question 3 is question 1 with A and B changed
+    for question in BLOCK[0]:
+        seen[question.number] = dict(zip(("truth", question.model_a, question.model_b), pictures(browser), strict=True))
+        answer(browser, "A")
+    assert seen[1] == seen[3]  # which ask about the same motions
+    assert not set(seen[1].values()) & set(seen[2].values())
 
 
 def test_nobody_finishes_without_answering(open_page):
     browser = open_page("survey")
-    get(browser, "#start-form button").click()
-    assert get(browser, "#start").is_displayed()
-    assert get(browser, "#start-alert").text == "Please give a name or number."
-    start(browser, "   ")
-    assert get(browser, "#start").is_displayed()
+    for wrong in ("", "   ", "0", "-1", "1.5", "p1", "١"):
+        get(browser, "#participant").clear()
+        start(browser, wrong)
+        assert get(browser, "#start").is_displayed()
+        assert get(browser, "#start-alert").text == "Please give your number: 1, 2, 3, ..."
+    get(browser, "#participant").clear()
     start(browser)
     for i in range(len(QUESTIONS)):
         get(browser, "#next").click()
         assert get(browser, "#number").text == f"Question {i + 1} of 3"
-        assert get(browser, "#question-alert").text == "Please choose A or B."
+        assert get(browser, "#question-alert").text == "Please choose first."
         assert get(browser, "#progress").get_property("value") == i
         answer(browser, "A")
     assert get(browser, "#end").is_displayed()
@@ -414,7 +424,7 @@ def test_nobody_finishes_without_answering(open_page):
 def test_a_survey_by_keyboard(open_page):
     browser = open_page("survey")
     keys = ActionChains(browser)
-    get(browser, "#participant").send_keys("p1", Keys.ENTER)
+    get(browser, "#participant").send_keys("1", Keys.ENTER)
     for i in range(len(QUESTIONS)):
         assert browser.switch_to.active_element.text == f"Question {i + 1} of 3"
         # Pause, time, view, and then the choice.
@@ -435,7 +445,7 @@ def test_answers_outlast_the_page(open_page):
     get(browser, "#question .back").click()
     assert get(browser, "input[value=B]").is_selected()
     get(browser, "#question .back").click()
-    assert get(browser, "#participant").get_property("value") == "p1"
+    assert get(browser, "#participant").get_property("value") == "1"
 
 
 def test_another_participant_starts_anew(open_page, tmp_path):
@@ -450,11 +460,14 @@ def test_another_participant_starts_anew(open_page, tmp_path):
     answer(browser, "B")
     get(browser, "#again").click()
     assert get(browser, "#participant").get_property("value") == ""
-    start(browser, "p2")
+    start(browser, "2")
     assert get(browser, "#number").text == "Question 1 of 3"
     assert every(browser, "input:checked") == []
     answer_all(browser)
-    assert {(vote.participant, vote.choice) for vote in study.read_votes(saved(browser, tmp_path))} == {("p2", "A")}
+    assert {(vote.participant, vote.choice) for vote in study.read_votes(saved(browser, tmp_path))} == {("2", "A")}
+    get(browser, "#again").click()
+    start(browser, "1")
+    assert get(browser, "#end").is_displayed()  # whose answers are still there
 
 
 @pytest.mark.parametrize(
@@ -524,3 +537,160 @@ def test_injected_scripts_do_not_run(open_page, pages, tmp_path, browser):
     open_page("smuggled")
     assert browser.title == "Safe"
     assert any("Content Security Policy" in entry["message"] for entry in browser.get_log("browser"))
+
+
+@pytest.fixture(scope="module")
+def four_actions(tmp_path_factory, pages):
+    if not GERMAN.exists():
+        pytest.skip("the documentation is not beside the tests")
+    folder = tmp_path_factory.mktemp("survey")
+    write_samples(folder)
+    page = folder / "survey.html"
+    options = ["--questions", "3", "--attention-checks", "1", "--ties", "--texts", str(GERMAN)]
+    assert not main(["study", "page", str(folder), "-o", str(page), *options])
+    pages["four"] = page.as_uri()
+
+
+class TestFourActions:
+    """A survey with ties, attention checks, consent and German texts, from the command to the results."""
+
+    @pytest.fixture
+    def open_survey(self, four_actions, open_page):
+        def visit(**options):
+            return open_page("four", **options)
+
+        return visit
+
+    @pytest.mark.parametrize("size", [(1280, 720), (390, 844), (390, 664)])
+    def test_everything_is_in_sight(self, open_survey, size):
+        browser = open_survey(width=size[0], height=size[1])
+        get(browser, "#consent").click()
+        start(browser, "1")
+        for _ in range(4):
+            get(browser, "#next").click()  # with a message that there is no answer
+            assert get(browser, "#question-alert").text == "Bitte wählen Sie zuerst."
+            assert browser.execute_script(f"return ({OUT_OF_SIGHT})()") == []
+            canvas = get(browser, "canvas").rect
+            assert min(canvas["height"], canvas["width"]) > 100
+            browser.execute_script("document.querySelector('input[value=A]').click()")
+            get(browser, "#next").click()
+        answer_all(browser)
+        assert browser.execute_script(f"return ({OUT_OF_SIGHT})()") == []
+
+    def test_by_keyboard(self, open_survey):
+        browser = open_survey()
+        keys = ActionChains(browser)
+        keys.send_keys(Keys.TAB, Keys.TAB, "1", Keys.ENTER).perform()
+        assert browser.switch_to.active_element.get_attribute("id") == "consent"  # asked for again
+        assert get(browser, "#start-alert").text.startswith("Bitte stimmen Sie erst zu")
+        keys.send_keys(Keys.SPACE, Keys.ENTER).perform()
+        assert get(browser, "#number").text == "Frage 1 von 16"
+        keys.send_keys(*[Keys.TAB] * 4, Keys.SPACE, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT).perform()
+        assert get(browser, "input[name=choice]:checked").get_attribute("value") == "tie"
+        keys.send_keys(Keys.TAB, Keys.TAB, Keys.ENTER).perform()
+        assert get(browser, "#number").text == "Frage 2 von 16"
+        keys.send_keys(*[Keys.TAB] * 5, Keys.ENTER).perform()  # without an answer, back is the fifth
+        assert get(browser, "#number").text == "Frage 1 von 16"
+
+    def test_no_english_is_left(self, open_survey):
+        browser = open_survey()
+        english, german = (
+            tomllib.loads(text) for text in (resource("survey.toml"), GERMAN.read_text(encoding="utf-8"))
+        )
+        same = {text for text in english.values() if text in german.values()}  # Pause, A, B
+        assert get(browser, "html").get_attribute("lang") == "de"
+        script = """return [...document.querySelectorAll('*')].filter((e) => !e.matches('script, style, noscript'))
+          .flatMap((e) => [e.ariaLabel, e.ariaValueText, ...[...e.childNodes].filter((n) => n.nodeType === 3)
+          .map((n) => n.data)])"""
+        shown = set(browser.execute_script(script))
+        get(browser, "#consent").click()
+        start(browser, "1")
+        for _ in range(16):
+            shown |= set(browser.execute_script(script))
+            browser.execute_script("document.querySelector('input[value=A]').click()")
+            get(browser, "#next").click()
+        shown |= set(browser.execute_script(script))
+        shown = {text.strip() for text in shown if text}
+        assert {"Gehen", "Bewegte Figur: Echte Aufnahme", "40 von 1000 ms", "Beantwortete Fragen"} <= shown
+        for text in english.values():
+            if isinstance(text, str) and text not in ("", "en", "ltr", *same):
+                parts = [part for part in re.split(r"\{\w+\}|\n", text) if len(part.strip()) > 3]
+                assert not [part for part in parts if any(part in other for other in shown)]
+
+    def test_figures_travel_or_the_page_says_that_they_do_not(self, open_survey):
+        browser = open_survey()
+        get(browser, "#consent").click()
+        start(browser, "1")
+        for _ in range(16):
+            where = get(browser, "#action").text
+            if "Essen" in where:
+                assert where == "Essen. Die Figuren bleiben am Platz, ob der Mensch umherging oder nicht."
+            else:
+                assert where in ("Gehen", "Rauchen", "Diskutieren")
+            browser.execute_script("document.querySelector('input[value=A]').click()")
+            get(browser, "#next").click()
+
+    def test_three_participants(self, open_survey, tmp_path, capsys):
+        browser = open_survey()
+        votes = tmp_path / "votes"
+        for participant in "123":
+            get(browser, "#consent").click()
+            start(browser, participant)
+            for _ in range(16):
+                # All prefer the model whose name comes first, but the third participant always takes B.
+                browser.execute_script(
+                    """
+                    const {modelA, modelB, expected} = question(at);
+                    const choice = arguments[0] ? 'B' : expected || (modelA < modelB ? 'A' : 'B');
+                    document.querySelector(`input[value=${choice}]`).click();
+                    document.getElementById('next').click();
+                    """,
+                    participant == "3",
+                )
+            (votes / participant).mkdir(parents=True)
+            saved(browser, votes / participant).rename(votes / f"{participant}.csv")
+            get(browser, "#again").click()
+        cast = study.read_votes(votes)
+        of = {who: [vote for vote in cast if vote.participant == who] for who in "123"}
+        assert [vote.position for vote in of["1"]] == list(range(1, 17))
+        assert [(v.action, v.question.mirrored()) for v in reversed(of["1"])] == [
+            (v.action, v.question) for v in of["2"]
+        ]
+        assert {vote.choice for vote in of["3"]} == {"B"}
+        counts = study.count_votes(cast)
+        assert len(counts) == 12
+        for count in counts:  # seen with either side, so their models are in alphabetical order
+            assert count.question.model_a < count.question.model_b
+            assert count.a >= 2
+            assert count.a + count.b == 3
+        failed = study.attention(cast)[2]
+        wrong = sum(vote.question.expected == "A" for vote in of["3"])
+        assert (failed.checks, failed.right) == (4, 4 - wrong)
+        capsys.readouterr()
+        assert not main(["study", "evaluate", str(votes)])
+        out = capsys.readouterr().out
+        assert f"attention checks: {int(wrong > 0)} of 3 participants failed" in out
+        assert "discussion" in out
+        if wrong:
+            assert f"    3: {4 - wrong} of 4 right; counted" in out
+            assert not main(["study", "evaluate", str(votes), "--exclude-failed"])
+            out = capsys.readouterr().out
+            assert f"    3: {4 - wrong} of 4 right; left out" in out
+            assert ["all", "12", "2", "24"] in [line.split()[:4] for line in out.splitlines()]
+
+
+def test_a_survey_from_right_to_left(open_page, pages, tmp_path):
+    texts = tmp_path / "texts.json"
+    words = {**tomllib.loads(resource("survey.toml")), "language": "he", "direction": "rtl", "start": "התחל"}
+    texts.write_text(json.dumps(words), encoding="utf-8")
+    part = Part(walks(0), {m: walks(i + 1) for i, m in enumerate(MODELS)}, QUESTIONS)
+    page = tmp_path / "survey.html"
+    page.write_text(survey_page({"walking": part}, seed=0, texts=read_texts(texts)), encoding="utf-8")
+    pages["right to left"] = page.as_uri()
+    browser = open_page("right to left")
+    assert get(browser, "#start-form button").text == "התחל"
+    start(browser)
+    assert get(browser, "h1#number").rect["x"] > 400
+    for places in ("figure", ".choices label"):
+        left = [element.rect["x"] for element in every(browser, places)]
+        assert left == sorted(left)

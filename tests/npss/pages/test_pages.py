@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from npss import gait, study
-from npss._pages import Figure, report_page, survey, survey_page
+from npss._pages import Figure, Part, report_page, survey, survey_page
+from npss._pages.texts import Texts, english
 from npss.files._samples import read_poses
 from npss.skeleton import H36M, Skeleton, poses_to_positions
 
@@ -72,10 +73,16 @@ def questions():
     ]
 
 
-def make_survey(asked=None, **options):
+def make_survey(asked=None, action="walking", **options):
     models = {"model one": walks(seed=1), "model two": walks(seed=2), EVIL: walks(seed=3)}
-    settings = {"action": "walking", **options}
-    return survey_page(walks(), models, questions() if asked is None else asked, **settings)
+    part = Part(walks(), models, questions() if asked is None else asked)
+    return survey_page({action: part}, **{"seed": 0, **options})
+
+
+def evil_texts():
+    usual = english().all()
+    texts = {name: text if name in ("language", "direction") else EVIL for name, text in usual.items()}
+    return Texts({**texts, "actions": {"walking": EVIL}})
 
 
 def make_report(**parts):
@@ -85,6 +92,7 @@ def make_report(**parts):
 
 PAGES = {
     "survey": lambda: make_survey(action=EVIL),
+    "survey with texts": lambda: make_survey(texts=evil_texts(), ties=True),
     "report": lambda: make_report(
         title=EVIL,
         boards=["<table class='board'><tr><td>1</td></tr></table>"],
@@ -103,7 +111,8 @@ def test_names_cannot_break_out_of_their_place(html):
     page = Page(html)
     assert len(page.attributes("script")) == 2
     assert "alert(" not in page.script
-    assert EVIL in page.text
+    if "actions" not in page.data or page.data["texts"]["title"] == EVIL:
+        assert EVIL in page.text  # a survey shows names of actions by its script
     assert EVIL in json.dumps(page.data, ensure_ascii=False).replace('\\"', '"')
     assert not any(name.startswith("on") for _, attributes in page.tags for name in attributes)
 
@@ -127,32 +136,68 @@ def test_every_control_has_a_label(html):
     labelled = {attributes["for"] for attributes in page.attributes("label") if "for" in attributes}
     for tag in ("input", "select"):
         for attributes in page.attributes(tag):
-            assert attributes.get("type") == "radio" or attributes["id"] in labelled
-    assert page.attributes("html") == [{"lang": "en"}]
+            assert attributes.get("type") in ("radio", "checkbox") or attributes["id"] in labelled
+    assert page.attributes("html") == [{"lang": "en", "dir": "ltr"}]
     ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
     assert len(ids) == len(set(ids))
 
 
 def test_a_survey_holds_the_questions_and_their_motions():
     data = Page(make_survey()).data
-    names = json.loads(base64.b64decode(data["key"]))
+    key = json.loads(base64.b64decode(data["key"]))
     truth = walks()
     models = {"model one": walks(seed=1), "model two": walks(seed=2), EVIL: walks(seed=3)}
     assert data["figure"]["fps"] == 25
-    for kept, question in zip(data["questions"], questions(), strict=True):
+    for kept, hidden, question in zip(data["questions"], key, questions(), strict=True):
         assert (kept["number"], kept["sequence"]) == (question.number, question.sequence)
-        assert names[kept["model_a"]] == question.model_a
-        assert names[kept["model_b"]] == question.model_b
+        assert hidden == [question.model_a, question.model_b, None]
         for place, motion in (("truth", truth), ("a", models[question.model_a]), ("b", models[question.model_b])):
             require_motion(data["motions"][kept[place]], data["figure"], motion[question.sequence])
     assert len(data["motions"]) == 6  # each once: the third question asks about the motions of the first
 
 
 def test_a_survey_is_blind():
-    html = make_survey()
-    assert "model one" not in html
-    assert "model two" not in html
-    assert "This survey has 3 questions" in Page(html).text
+    html = make_survey([*questions(), study.Question(4, 0, "ground truth", "ground truth, upside down", "A")])
+    for secret in ("model one", "model two", "ground truth", "upside down"):
+        assert secret not in html.replace(Page(html).script, "")
+    assert "This survey has 4 questions" in Page(html).text
+
+
+def test_a_survey_holds_the_orders_and_sides_of_a_block():
+    data = Page(make_survey(seed=5)).data
+    assert data["orders"] == [
+        [2 * (question.number - 1) + (question not in questions()) for _, question in shown]
+        for shown in study.counterbalance({"walking": questions()}, seed=5)
+    ]
+
+
+def test_an_attention_check_shows_the_recording_and_the_recording_upside_down():
+    check = study.Question(4, 1, "ground truth, upside down", "ground truth", "B")
+    data = Page(make_survey([*questions(), check])).data
+    kept = data["questions"][-1]
+    assert json.loads(base64.b64decode(data["key"]))[-1] == [check.model_a, check.model_b, "B"]
+    truth = walks()[1]
+    require_motion(data["motions"][kept["truth"]], data["figure"], truth)
+    assert kept["b"] == kept["truth"]
+    y = truth[..., 1]
+    turned = np.stack([truth[..., 0], y.max() - (y - y.min()), truth[..., 2]], axis=-1)
+    require_motion(data["motions"][kept["a"]], data["figure"], turned)
+
+
+def test_options_of_a_survey():
+    def values(html):
+        return [a["value"] for a in Page(html).attributes("input") if a.get("type") == "radio"]
+
+    assert values(make_survey()) == ["A", "B"]
+    assert values(make_survey(ties=True)) == ["A", "B", "tie"]
+    usual = {**english().all(), "actions": {"walking": "Gehen"}}
+    consent = [a for a in Page(make_survey()).attributes("input") if a.get("id") == "consent"]
+    assert consent == []
+    html = make_survey(texts=Texts({**usual, "about": "One.\n\nTwo {count}.", "language": "de"}))
+    assert [a["type"] for a in Page(html).attributes("input") if a.get("id") == "consent"] == ["checkbox"]
+    assert "<p>One.</p>\n<p>Two {count}.</p>" in html
+    assert Page(html).data["actions"] == [{"action": "walking", "name": "Gehen", "inPlace": False}]
+    assert Page(html).attributes("html")[0]["lang"] == "de"
 
 
 def test_another_survey_has_another_place_for_its_answers():
@@ -242,21 +287,29 @@ def test_bad_rate():
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ([], "questions: expected at least one"),
+        ([], r"parts\['walking'\]: expected one question or more"),
         (
             [study.Question(1, 0, "model one", "model 2")],
-            r"questions: question 1: no predictions of 'model 2'; expected one of",
+            r"parts\['walking'\]: question 1: no predictions of 'model 2'; expected one of",
         ),
         (
             [study.Question(1, 0, "model one", "model one")],
-            r"questions: question 1: it compares 'model one' with itself",
+            r"parts\['walking'\]: question 1: it compares 'model one' with itself",
         ),
         (
             [*questions(), study.Question(4, 2, "model one", "model two")],
-            r"questions: question 4: no sequence 2; expected 0 to 1",
+            r"parts\['walking'\]: question 4: no sequence 2; expected 0 to 1",
         ),
-        ([study.Question(1, -1, "model one", "model two")], r"questions: question 1: no sequence -1"),
-        ([study.Question(1, 0.0, "model one", "model two")], r"questions: question 1: no sequence 0.0"),
+        ([study.Question(1, -1, "model one", "model two")], r"parts\['walking'\]: question 1: no sequence -1"),
+        ([study.Question(1, 0.0, "model one", "model two")], r"parts\['walking'\]: question 1: no sequence 0.0"),
+        (
+            [study.Question(1, 0, "ground truth", "model two", "A")],
+            r"parts\['walking'\]: question 1: no predictions of 'model two'; expected one of ground truth, ",
+        ),
+        (
+            [study.Question(1, 0, "ground truth", "model two")],
+            r"parts\['walking'\]: question 1: no predictions of 'ground truth'",
+        ),
     ],
 )
 def test_bad_questions(asked, message):
@@ -266,9 +319,9 @@ def test_bad_questions(asked, message):
 
 def test_bad_models():
     with pytest.raises(
-        ValueError, match=r"^models\['a'\]: its shape \(1, 10, 32, 3\) differs from that of truth, \(2, "
+        ValueError, match=r"^parts\['go'\]: models\['a'\]: its shape \(1, 10, 32, 3\) differs from that of truth, \(2, "
     ):
-        survey_page(walks(), {"a": walks(1), "b": walks()}, questions(), action="walking")
+        survey_page({"go": Part(walks(), {"a": walks(1), "b": walks()}, questions())}, seed=0)
 
 
 def save(path, poses, action="walking", gt=None):
@@ -295,16 +348,15 @@ def folder(tmp_path):
 
 
 def test_a_survey_of_a_folder(folder):
-    data = Page(survey(folder, n_questions=7, seed=3)).data
-    names = json.loads(base64.b64decode(data["key"]))
-    assert names == ["model.v2", "other", "zero"]
-    assert data["action"] == "walking"
+    data = Page(survey(folder, n_questions=7, seed=3, root="fixed")).data
+    key = json.loads(base64.b64decode(data["key"]))
+    assert data["actions"] == [{"action": "walking", "name": "walking", "inPlace": True}]
     # The same questions as drawn here.
+    names = ["model.v2", "other", "zero"]
     expected = study.design(names, range(3), 7, seed=3)
     files = {name: read_poses(folder / f"{name}.npz")[0] for name in names}
-    for kept, question in zip(data["questions"], expected, strict=True):
-        asked = study.Question(kept["number"], kept["sequence"], names[kept["model_a"]], names[kept["model_b"]])
-        assert asked == question
+    for kept, hidden, question in zip(data["questions"], key, expected, strict=True):
+        assert study.Question(kept["number"], kept["sequence"], *hidden) == question
         motions = {
             "truth": files["model.v2"].gt,
             "a": files[question.model_a].pred,
@@ -313,7 +365,7 @@ def test_a_survey_of_a_folder(folder):
         for place, poses in motions.items():
             motion = poses_to_positions(poses[question.sequence])
             require_motion(data["motions"][kept[place]], data["figure"], motion)
-    assert survey(folder, n_questions=7, seed=3, action="walking") == survey(folder, n_questions=7, seed=3)
+    assert survey(folder, n_questions=7, seed=3, actions=["walking"]) == survey(folder, n_questions=7, seed=3)
     assert survey(folder, n_questions=7, seed=3) != survey(folder, n_questions=7, seed=4)
 
 
@@ -327,21 +379,35 @@ def test_a_folder_with_too_few_files(folder):
         survey(folder, n_questions=1, seed=0)
 
 
-def test_the_action_of_a_survey(folder):
-    with pytest.raises(ValueError, match=r"^action: expected one of walking, which all files have, got 'eating'"):
-        survey(folder, n_questions=1, seed=0, action="eating")
+def test_the_actions_of_a_survey(folder):
+    with pytest.raises(ValueError, match=r"^actions: expected some of walking, which all files have, got 'eating'"):
+        survey(folder, n_questions=1, seed=0, actions=["walking", "eating"])
+    for wrong in ([], ["walking", "walking"]):
+        with pytest.raises(ValueError, match=r"^actions: expected one or more without duplicates, got"):
+            survey(folder, n_questions=1, seed=0, actions=wrong)
     save(folder / "third.npz", random_gait(3), action="eating")
     with pytest.raises(ValueError, match=r": no action is in all of its files of samples"):
         survey(folder, n_questions=1, seed=0)
 
 
-def test_an_ambiguous_action_is_refused(tmp_path):
-    for name in ("one", "two"):
-        poses = {f"expmap/{kind}/{action}_0": random_gait(0)[0] for kind in ("gt", "preds") for action in "ab"}
+def test_several_actions(tmp_path):
+    def save_actions(name, actions):
+        poses = {f"expmap/{kind}/{action}_0": random_gait(0)[0] for kind in ("gt", "preds") for action in actions}
         np.savez(tmp_path / f"{name}.npz", **poses)
-    with pytest.raises(ValueError, match=r"^action: expected one of a, b, which all files have, got None"):
+
+    def actions_of(**options):
+        data = Page(survey(tmp_path, n_questions=2, seed=0, attention_checks=1, **options)).data
+        assert len(data["questions"]) == 3 * len(data["actions"]) == len(data["orders"][0])
+        return [action["action"] for action in data["actions"]]
+
+    save_actions("one", "ab")
+    save_actions("two", "ab")
+    assert actions_of() == ["a", "b"]
+    assert actions_of(actions=["b"]) == ["b"]
+    save_actions("three", "abc")
+    with pytest.raises(ValueError, match=r"^actions: only some files have c; expected some of a, b, in all files"):
         survey(tmp_path, n_questions=1, seed=0)
-    assert Page(survey(tmp_path, n_questions=1, seed=0, action="b")).data["action"] == "b"
+    assert actions_of(actions=["b", "a"]) == ["b", "a"]
 
 
 def test_ground_truths_that_differ(folder):
@@ -357,7 +423,7 @@ def test_a_survey_of_real_predictions(samples_root, tmp_path):
     (tmp_path / path.name).write_bytes(path.read_bytes())
     real = read_poses(path)[0]
     save(tmp_path / "zero-velocity.npz", np.repeat(real.gt[:, :1], 100, axis=1), gt=real.gt)
-    html = survey(tmp_path, n_questions=8, seed=0)
+    html = survey(tmp_path, n_questions=8, seed=0, root="fixed")
     data = Page(html).data
     assert len(html) < 26_000 * len(data["motions"]) + 60_000
     for kept in data["questions"]:

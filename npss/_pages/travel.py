@@ -1,0 +1,79 @@
+"""How the figures of a survey travel: by the motion of the root where it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+import numpy as np
+
+from npss.ranking._submissions import TRUTH, naming
+from npss.skeleton import H36M, poses_to_positions
+from npss.validation import Array, Float64
+
+#: Whether figures travel: where the motion of the root is known, or nowhere.
+Root = Literal["known", "fixed"]
+_ROOT = slice(0, 6)  # columns of a pose: the displacement and the rotation of the root since the frame before
+_FEET = [j for j, name in enumerate(H36M.names) if "Foot" in name or "Toe" in name]
+_LITTLE = 60.0  # mm; a recording that travels less tells nothing about the slope of the floor
+
+
+def positions(action: str, poses: Mapping[str, Array], *, root: Root, steps: int) -> tuple[dict[str, Array], bool]:
+    """Return the positions of poses, and whether they travel.
+
+    The motion of the root is known if it is not zero throughout in the ground truth and in every prediction, and the
+    recorded persons stay upright. Since poses do not tell how far the root is tilted in the first frame, all figures of
+    a sequence are turned so that the floor under the recorded person is level.
+
+    Parameters
+    ----------
+    action : str
+        The action, for errors.
+    poses : mapping of str to (N, T, 99) ndarray
+        Human3.6M poses of the ground truth and of each model.
+    root : {'known', 'fixed'}
+        Whether they travel if that is known, or stay in place.
+    steps : int
+        Factor of the motion of the root.
+
+    Returns
+    -------
+    (dict of str to (N, T, 32, 3) ndarray, bool)
+        Positions in millimetres, and whether they travel.
+    """
+    if root == "known" and all(of_one[..., _ROOT].any() for of_one in poses.values()):
+        travelled = {}
+        for name, of_one in poses.items():
+            scaled = of_one.copy()
+            scaled[..., _ROOT] *= steps
+            with naming(name, action):
+                travelled[name] = poses_to_positions(scaled, root="path")
+        if _upright(travelled[TRUTH]):
+            level = np.stack([_levelling(sequence) for sequence in travelled[TRUTH]])
+            turned = {name: np.einsum("nij,ntkj->ntki", level, of_one) for name, of_one in travelled.items()}
+            return turned, True
+    placed = {}
+    for name, of_one in poses.items():
+        with naming(name, action):
+            placed[name] = poses_to_positions(of_one)
+    return placed, False
+
+
+def _upright(truth: Array) -> bool:
+    """Return whether no foot is ever the highest joint, as in generated gaits, whose root turns over."""
+    return not np.isin(truth[..., 1].argmax(axis=-1), _FEET).any()
+
+
+def _levelling(truth: Array) -> Float64:
+    """Return the rotation that levels the floor under a sequence ``(T, J, 3)``: the plane of its lowest joints."""
+    low = np.take_along_axis(truth, truth[..., 1].argmin(axis=-1)[:, np.newaxis, np.newaxis], axis=-2)[:, 0]
+    x, y, z = (low - low.mean(axis=0)).T
+    across = np.stack([x, z])
+    # Least squares, towards a level floor where the recorded person hardly travels.
+    slope = np.linalg.solve(across @ across.T + len(low) * _LITTLE**2 * np.eye(2), across @ y)
+    up = np.array([-slope[0], 1.0, -slope[1]]) / np.sqrt(1 + slope @ slope)
+    # The shortest rotation of `up` onto y.
+    axis = np.array([-up[2], 0.0, up[0]])
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    turn: Float64 = np.eye(3) + cross + cross @ cross / (1 + up[1])
+    return turn
