@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from npss._pages._html import figure, pack, page, positions_array, resource
 from npss._pages.texts import Texts, english
-from npss._pages.travel import Root, positions
+from npss._pages.travel import Root, shown
 from npss.files._arrays import MAX_SIZE
 from npss.files._samples import Pair
 from npss.protocol import FPS
@@ -69,8 +69,8 @@ def survey(
     Parameters
     ----------
     directory : Path
-        A folder with one file of samples per model, such as ``MODEL.npz``: see `read_poses`. Sequences are numbered
-        from 0 in the order of their indices.
+        A folder with the results of each model, such as ``MODEL.npz``: see `read_submissions`. Motion of a file with a
+        meta must be positions. Sequences are numbered from 0 in the order of their indices.
     n_questions : int
         The number of questions on each action, which `npss.study.design` draws.
     seed : int
@@ -98,7 +98,7 @@ def survey(
     ------
     ValueError
         If there are fewer than two files, no action is in all files, the files have different actions and `actions` is
-        missing, one of `actions` is not in all files, or the ground truths of two files differ.
+        missing, one of `actions` is not in all files, the ground truths of two files differ, or motion cannot be shown.
     """
     one_of("root", root, get_args(Root))
     steps = positive_integer("root_steps", root_steps)
@@ -109,12 +109,12 @@ def survey(
     rng = np.random.default_rng(seed)
     for action in _actions(directory, submissions, actions):
         pairs = {model: of_model[action] for model, of_model in submissions.items()}
-        poses = {model: pair.pred for model, pair in pairs.items()}
-        truth = next(iter(pairs.values())).gt
+        seen = shown(action, pairs, root=root, steps=steps)
+        truth = seen.motions.pop(TRUTH)
         questions = design(list(pairs), range(len(truth)), n_questions, seed=rng, attention_checks=attention_checks)
-        shown, travel = positions(action, {TRUTH: truth, **poses}, root=root, steps=steps)
-        parts[action] = Part(shown.pop(TRUTH), shown, questions, in_place=not travel)
-    return survey_page(parts, seed=rng, ties=ties, texts=texts)
+        parts[action] = Part(truth, seen.motions, questions, in_place=not seen.travel)
+    # All actions of a file have the same skeleton and rate.
+    return survey_page(parts, seed=rng, ties=ties, texts=texts, fps=seen.fps, skeleton=seen.skeleton)
 
 
 def survey_page(
@@ -159,7 +159,7 @@ def survey_page(
         If a shape is wrong, positions are not finite or too far from the origin, there are no questions, or a question
         has an unknown model, the same model twice, or an unknown sequence.
     """
-    shown = english() if texts is None else texts
+    words = english() if texts is None else texts
     packed: list[str] = []
     asked: list[dict[str, int]] = []
     hidden: list[tuple[str, str, str | None]] = []
@@ -182,10 +182,10 @@ def survey_page(
             hidden.append((question.model_a, question.model_b, question.expected))
     block = counterbalance({action: part.questions for action, part in parts.items()}, seed=seed)
     data: dict[str, Any] = {
-        "texts": shown.all(),
+        "texts": words.all(),
         "columns": [*COLUMNS, *OPTIONAL],
         "actions": [
-            {"action": action, "name": shown.action(action), "inPlace": part.in_place} for action, part in parts.items()
+            {"action": action, "name": words.action(action), "inPlace": part.in_place} for action, part in parts.items()
         ],
         "key": base64.b64encode(json.dumps(hidden).encode()).decode(),
         "figure": figure(skeleton, fps),
@@ -196,12 +196,12 @@ def survey_page(
     # The browser stores answers under this name, apart from those to other surveys.
     data["id"] = hashlib.sha256(json.dumps(data).encode()).hexdigest()[:16]
     return page(
-        title=shown["title"],
-        body=_body(shown, len(asked), ties),
+        title=words["title"],
+        body=_body(words, len(asked), ties),
         scripts=("player.js", "survey.js"),
         data=data,
-        language=shown["language"],
-        direction=shown["direction"],
+        language=words["language"],
+        direction=words["direction"],
     )
 
 

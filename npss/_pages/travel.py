@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
+from npss.files._samples import Pair
+from npss.protocol import FPS
 from npss.ranking._submissions import TRUTH, naming
-from npss.skeleton import H36M, poses_to_positions
+from npss.skeleton import H36M, Skeleton, poses_to_positions
 from npss.validation import Array, Float64
 
 #: Whether figures travel: where the motion of the root is known, or nowhere.
@@ -16,6 +18,72 @@ Root = Literal["known", "fixed"]
 _ROOT = slice(0, 6)  # columns of a pose: the displacement and the rotation of the root since the frame before
 _FEET = [j for j, name in enumerate(H36M.names) if "Foot" in name or "Toe" in name]
 _LITTLE = 60.0  # mm; a recording that travels less tells nothing about the slope of the floor
+
+
+class Shown(NamedTuple):
+    """The motions of an action, as the page shows them.
+
+    Attributes
+    ----------
+    motions : dict of str to (N, T, J, 3) ndarray
+        Positions of the ground truth and of each model, in millimetres.
+    travel : bool
+        Whether the figures travel.
+    skeleton : Skeleton
+        The joints and bones.
+    fps : float
+        Frames per second.
+    """
+
+    motions: dict[str, Array]
+    travel: bool
+    skeleton: Skeleton
+    fps: float
+
+
+def shown(action: str, pairs: Mapping[str, Pair], *, root: Root, steps: int) -> Shown:
+    """Return the motions of an action: Human3.6M poses, or positions that are described by a meta.
+
+    Parameters
+    ----------
+    action : str
+        The action, for errors.
+    pairs : mapping of str to Pair
+        Ground truth and prediction of each model.
+    root, steps
+        As for `positions`; only Human3.6M poses take other steps than 1.
+
+    Returns
+    -------
+    Shown
+        The motions.
+
+    Raises
+    ------
+    ValueError
+        If motion cannot be drawn, models have different skeletons, or steps are not 1 without Human3.6M poses.
+    """
+    first = next(iter(pairs.values()))
+    motions = {TRUTH: first.gt, **{model: pair.pred for model, pair in pairs.items()}}
+    if first.meta is None:
+        return Shown(*positions(action, motions, root=root, steps=steps), H36M, FPS)
+    if steps != 1:
+        raise ValueError(f"root_steps: only for poses of Human3.6M, and {action} is described by a meta; got {steps}")
+    metas = {TRUTH: first.meta, **{model: pair.meta or first.meta for model, pair in pairs.items()}}
+    places = {}
+    for name, meta in metas.items():
+        if why := meta.not_drawn():
+            raise ValueError(f"{name!r} on {action!r}: cannot be shown: {why}")
+        if (meta.parents, meta.joint_names) != (first.meta.parents, first.meta.joint_names):
+            raise ValueError(f"{name!r} on {action!r}: its parents or joint_names differ from those of another model")
+        with naming(name, action):
+            places[name] = meta.positions(motions[name])
+    skeleton = first.meta.skeleton(places[TRUTH])
+    hips = [skeleton.parents.index(-1)]
+    travel = root == "known" and all(np.ptp(of_one[:, :, hips], axis=1).any() for of_one in places.values())
+    if not travel:
+        places = {name: of_one - of_one[:, :, hips] * [1, 0, 1] for name, of_one in places.items()}
+    return Shown(places, travel, skeleton, first.meta.fps or FPS)
 
 
 def positions(action: str, poses: Mapping[str, Array], *, root: Root, steps: int) -> tuple[dict[str, Array], bool]:

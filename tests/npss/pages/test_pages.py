@@ -418,6 +418,82 @@ def test_ground_truths_that_differ(folder):
         survey(folder, n_questions=1, seed=0)
 
 
+class TestAnyMotion:
+    """Positions of a skeleton of four joints, in metres with z up, described by a meta."""
+
+    PARENTS = (-1, 0, 1, 0)
+
+    @pytest.fixture
+    def write(self, tmp_path):
+        rng = np.random.default_rng(0)
+        truth = rng.normal(size=(2, 12, 4, 3))
+
+        def write(model, moved=True, **changed):
+            pred = truth + rng.normal(size=truth.shape) / 10
+            pred[:, :, 0] = pred[:, :, 0] if moved else [1, 2, 3]
+            meta = {
+                "representation": "positions",
+                "fps": 30,
+                "parents": self.PARENTS,
+                "unit": "m",
+                "up": "z",
+                **changed,
+            }
+            arrays = {"all/gt": truth, "all/pred": pred, "meta": json.dumps(meta)}
+            np.savez(tmp_path / f"{model}.npz", **arrays)
+            return truth, pred
+
+        return write
+
+    def motions(self, folder, **options):
+        """Return the page, and the motions of the first question's recording and A, by its sequence and model."""
+        page = Page(survey(folder, n_questions=1, seed=0, **options))
+        (question,) = page.data["questions"]
+        ((model, _, _),) = json.loads(base64.b64decode(page.data["key"]))
+        shown = [unpack(page.data["motions"][question[place]], 4) for place in ("truth", "a")]
+        return page.data, question["sequence"], model, shown
+
+    def test_is_shown(self, write, tmp_path):
+        of_models = {model: write(model) for model in ("one", "two")}
+        data, sequence, model, shown = self.motions(tmp_path)
+        assert data["figure"]["fps"] == 30
+        assert data["figure"]["bones"] == [[1, 0, "centre"], [2, 1, "centre"], [3, 0, "centre"]]
+        assert data["actions"] == [{"action": "all", "name": "all", "inPlace": False}]
+        for motion, kept in zip(of_models[model], shown, strict=True):
+            # z up is y up; the root begins at the origin of the floor.
+            expected = motion[sequence][..., [1, 2, 0]] * 1000
+            expected -= expected[0, 0] * [1, 0, 1]
+            np.testing.assert_allclose(kept, expected, rtol=0, atol=0.5 + 1e-9)
+
+    @pytest.mark.parametrize("options", [{}, {"root": "fixed"}])
+    def test_a_root_that_does_not_move_keeps_all_in_place(self, write, tmp_path, options):
+        write("one")
+        write("two", moved=bool(options))
+        data, _, _, shown = self.motions(tmp_path, **options)
+        assert data["actions"][0]["inPlace"]
+        for motion in shown:
+            assert not motion[:, 0, [0, 2]].any()
+
+    def test_errors(self, write, tmp_path):
+        write("one")
+        write("two", parents=(-1, 0, 0, 0))
+        with pytest.raises(ValueError, match=r"^'two' on 'all': its parents or joint_names differ"):
+            survey(tmp_path, n_questions=1, seed=0)
+        write("two")
+        with pytest.raises(
+            ValueError, match=r"^root_steps: only for poses of Human3\.6M, and all is described by a meta"
+        ):
+            survey(tmp_path, n_questions=1, seed=0, root_steps=2)
+        for model in ("one", "two"):
+            meta = {"representation": "quaternion", "fps": 30}
+            motion = np.ones((1, 5, 4))
+            np.savez(tmp_path / f"{model}.npz", **{"all/gt": motion, "all/pred": motion, "meta": json.dumps(meta)})
+        with pytest.raises(
+            ValueError, match=r"^'ground truth' on 'all': cannot be shown: representation is 'quaternion'"
+        ):
+            survey(tmp_path, n_questions=1, seed=0)
+
+
 def test_a_survey_of_real_predictions(samples_root, tmp_path):
     path = samples_root / "wookay_walking_10000.h5"
     (tmp_path / path.name).write_bytes(path.read_bytes())
