@@ -50,7 +50,8 @@ class Count:
     action : str
         The action of the survey.
     question : Question
-        The question. If participants saw it with either side, its models are in alphabetical order.
+        The question. If participants saw it with either side, its models are in alphabetical order for odd numbers, and
+        in reverse for even ones: over questions, A is no model in particular.
     a, b, tie : int
         The number of votes for A, for B, and for neither.
 
@@ -185,8 +186,12 @@ def count_votes(votes: Sequence[Vote]) -> list[Count]:
 
 
 def _in_order(question: Question) -> Question:
-    """Return a question with its models in alphabetical order."""
-    return question if question.model_a <= question.model_b else question.mirrored()
+    """Return a question with its models in alphabetical order, in reverse for an even number.
+
+    If A were always the model whose name comes first, kappa would take a preference for it for chance.
+    """
+    in_order = question.model_a <= question.model_b
+    return question if in_order == bool(question.number % 2) else question.mirrored()
 
 
 def _check_choice(vote: Vote) -> None:

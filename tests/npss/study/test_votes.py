@@ -327,7 +327,19 @@ class TestCounts:
             expected = [models.count(name) for name in (asked.model_a, asked.model_b, "tie")]
             assert [count.a, count.b, count.tie] == expected
             sides = {vote.question for vote in votes if vote.question.number == asked.number}
-            assert sides == {asked} or (len(sides) == 2 and asked.model_a < asked.model_b)
+            in_order = (asked.model_a < asked.model_b) == bool(asked.number % 2)
+            assert sides == {asked} or (len(sides) == 2 and in_order)
+
+    def test_kappa_does_not_take_a_preference_for_chance(self):
+        """All prefer one model, whatever its side: as many questions have it as A as B."""
+        asked = {"walking": study.design(["one", "two"], range(8), 20, seed=0)}
+        votes = [
+            study.Vote("walking", question, f"p{who}", "A" if question.model_a == "one" else "B")
+            for who, shown in enumerate(study.counterbalance(asked, seed=0))
+            for _, question in shown
+        ]
+        counts = study.count_votes(votes)
+        assert study.fleiss_kappa([[count.a, count.b] for count in counts]) == pytest.approx(1)
 
     def test_attention_checks_are_not_counted(self):
         check = study.Question(9, 4, "ground truth", "upside down", "A")
