@@ -13,7 +13,7 @@ from npss._metric.registry import METRICS, NPSS
 from npss.commands._leaderboard import add_groups, add_protocol, context_of, groups_of
 from npss.files._formats import listed
 from npss.files._samples import add_max_size, features_of
-from npss.ranking._submissions import described, known_blocks, naming, read_submissions
+from npss.ranking._submissions import described, known_blocks, naming, read_submissions, verified
 
 _LEVEL = 0.95  # of intervals
 
@@ -70,6 +70,8 @@ def run(options: argparse.Namespace) -> None:
     found = []
     for condition, pair in a.items():
         fps, stated = described(pair, context)
+        if verification := verified(pair, None, stated.get("protocol"), fps) if pair.meta is not None else None:
+            stated |= verification.stated
         gt, pred_a = features_of(pair)
         blocks = groups[condition] if groups else pair.groups
         if blocks is None:

@@ -24,8 +24,8 @@ from npss.files._arrays import naming_file
 from npss.files._formats import listed
 from npss.files._results import read_results
 from npss.files._samples import Pair, add_max_size, converted, read_pair
-from npss.protocol import ACTIONS, FPS, SLICES_MS, VERIFIED, Verification, lafan1, verify
-from npss.ranking._submissions import described
+from npss.protocol import FPS, SLICES_MS, VERIFIED
+from npss.ranking._submissions import described, verified
 from npss.records import Record, measure, signature_of
 from npss.rotations._unwrap import unwrap
 from npss.stochastic._score import Reduction
@@ -168,7 +168,10 @@ def _of_results(pair: Pair, options: argparse.Namespace, context: dict[str, Valu
     is_euler = stated.get("representation") == "euler"
     record = _record(pair, None, options, fps, is_euler and fps is not None, stated, "")
     if pair.samples is not None:
-        record["samples"] = _of_samples(pair, pair.samples, tuple(record["npss"]), options, {"fps": fps, **stated})
+        of_samples = {"fps": fps, "unwrap": "off", **stated}
+        if verification := verified(pair, None, stated.get("protocol"), fps):
+            of_samples |= verification.stated
+        record["samples"] = _of_samples(pair, pair.samples, tuple(record["npss"]), options, of_samples)
     return record
 
 
@@ -208,7 +211,7 @@ def _record(
     if samples and not times:
         times = [time for time in SLICES_MS if time * (fps or FPS) <= n_frames * 1000]
     try:
-        verification = _verified(pair, poses, protocol, fps)
+        verification = verified(pair, poses, protocol, fps)
         record = measure(
             pair.gt,
             pair.pred,
@@ -239,20 +242,6 @@ def _record(
         curve = euler_error_curve(pair.gt, pair.pred)
         record["stored_curve_difference"] = float(np.abs(curve - pair.stored_curve).max())
     return record if pair.name is None else {"action": pair.name, **record}
-
-
-def _verified(pair: Pair, poses: Pair | None, protocol: str | None, fps: float | None) -> Verification | None:
-    """Compare the ground truth to that of the protocol; None if its name is unknown."""
-    if protocol not in VERIFIED:
-        return None
-    if protocol == lafan1.name:
-        try:
-            return verify(pair.gt, protocol, fps=fps)
-        except ValueError as error:  # other features, which are scored all the same
-            return Verification(protocol=protocol, findings=(str(error),))
-    if poses is None:
-        return Verification(protocol=protocol, undecided=("it is compared by exponential maps: samples, or --expmap",))
-    return verify(poses.gt, protocol, action=pair.name if pair.name in ACTIONS else None, fps=fps)
 
 
 def _verdict(verification: dict[str, Any]) -> list[str]:

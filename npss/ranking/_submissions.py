@@ -20,7 +20,17 @@ from npss.files._json import read_json
 from npss.files._meta import Meta
 from npss.files._results import is_folder_of_results, read_results
 from npss.files._samples import Pair, features_of
-from npss.protocol import FPS, SLICES_MS, TEST_LENGTHS, window_blocks
+from npss.protocol import (
+    ACTIONS,
+    FPS,
+    SLICES_MS,
+    TEST_LENGTHS,
+    VERIFIED,
+    Verification,
+    lafan1,
+    verify,
+    window_blocks,
+)
 from npss.protocol._h36m import BLOCKED
 from npss.ranking._names import names_of_paths
 from npss.records import Record, measure
@@ -230,6 +240,7 @@ def _measure(pair: Pair, action: str, groups: Groups, context: Mapping[str, Any]
     fps, stated = described(pair, context)
     is_euler = fps is not None and stated.get("representation") == "euler"
     gt, pred = features_of(pair)
+    verification = None if pair.meta is None else verified(pair, None, stated.get("protocol"), fps)
     return measure(
         gt,
         pred,
@@ -241,6 +252,7 @@ def _measure(pair: Pair, action: str, groups: Groups, context: Mapping[str, Any]
         frames=n_frames,
         **options,
         **stated,
+        **({} if verification is None else verification.stated),
     )
 
 
@@ -273,6 +285,37 @@ def described(pair: Pair, context: Mapping[str, Any]) -> tuple[float | None, dic
         if own[name] != context[name]:
             raise ValueError(f"{name}: the file states {own[name]!r}, not {context[name]!r}")
     return pair.meta.fps, {**own, **context}
+
+
+def verified(pair: Pair, poses: Pair | None, protocol: str | None, fps: float | None) -> Verification | None:
+    """Compare the ground truth of a pair to that of a protocol.
+
+    Parameters
+    ----------
+    pair : Pair
+        The pair.
+    poses : Pair or None
+        The pair as exponential maps, if known.
+    protocol : str or None
+        The name of the protocol.
+    fps : float or None
+        Frames per second.
+
+    Returns
+    -------
+    Verification or None
+        None if the name is unknown.
+    """
+    if protocol not in VERIFIED:
+        return None
+    if protocol == lafan1.name:
+        try:
+            return verify(pair.gt, protocol, fps=fps)
+        except ValueError as error:  # other features, which are scored all the same
+            return Verification(protocol=protocol, findings=(str(error),))
+    if poses is None:
+        return Verification(protocol=protocol, undecided=("it is compared by exponential maps: samples, or --expmap",))
+    return verify(poses.gt, protocol, action=pair.name if pair.name in ACTIONS else None, fps=fps)
 
 
 def known_blocks(protocol: object, action: str, shape: tuple[int, ...]) -> Groups:

@@ -172,3 +172,25 @@ def test_report(results, capsys, tmp_path):
     text = page.read_text(encoding="utf-8")
     assert "no moving figures: no parents, unit" in text
     assert 'id="player"' not in text
+
+
+@pytest.mark.parametrize("command", ["score", "compare", "leaderboard"])
+def test_every_command_verifies_the_protocol_that_a_file_states(command, capsys, tmp_path):
+    angle = np.random.default_rng(0).normal(size=(8, 30, 22)).cumsum(axis=1) / 9
+    gt = np.stack([np.cos(angle), np.sin(angle), 0 * angle, 0 * angle], axis=-1)
+    meta = {"representation": "global-quaternions", "quaternions": "continuous", "fps": 30, "protocol": "lafan1"}
+    name = "in-betweening, 30 frames"
+    for model, step in (("a", 1), ("b", 2)):
+        pred = np.roll(gt, step, axis=1)
+        arrays = {"gt": gt, "pred": pred} | ({"samples": pred[np.newaxis]} if command == "score" else {})
+        arrays = {f"{name}/{kind}": motion for kind, motion in arrays.items()}
+        np.savez(tmp_path / f"{model}.npz", meta=json.dumps(meta), **arrays)
+    files = [tmp_path / "a.npz", tmp_path / "b.npz"][: 1 if command == "score" else 2]
+    status, out, _ = run(capsys, command, *files)
+    signatures = [line for line in out.splitlines() if "|protocol:lafan1|" in line]
+    assert (status, len(signatures) >= 3) == (0, True)
+    for signature in signatures:
+        assert "|unwrap:off|" in signature or command == "compare"
+        assert "|verified:no" in signature
+    if command == "leaderboard":
+        assert "verified must not be stated, but is no" in run(capsys, command, *files, "--published")[2]
