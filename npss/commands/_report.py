@@ -139,6 +139,8 @@ class _Action:
         self.parts = [f"{model}: {NPSS.heading} {of.score:.4f}, {of.parts}" for model, of in self._reports.items()]
         self.parts.append(next(iter(self._reports.values())).signature)
         self.findings = [(f"{action}, {label}", lines) for label, lines in self._diagnose() if lines]
+        if "fps" not in meaning:
+            self.findings.append((f"{action}, spectra", ["note: no spectra: no fps"]))
         self.clips: dict[str, Array] = {}
         if meta is not None and (why := meta.not_drawn()):
             self.findings.append((f"{action}, motion", [f"note: no moving figures: {why}"]))
@@ -175,6 +177,8 @@ class _Action:
             return  # nothing has a share of 0
         shares = plot.contributions(best)
         yield self._figure(f"where the score of {self._best} comes from", shares, "Shares of joints and sequences.")
+        if "fps" not in self._options:
+            return  # frequencies have no unit
         sequence, feature = _largest(best)
         place: dict[str, Any] = {"sequence": sequence, "feature": feature, "names": (TRUTH, self._best)}
         spectra = plot.spectra(self._gt, self._preds[self._best], **place, **self._options)

@@ -172,10 +172,15 @@ def test_report(results, capsys, tmp_path):
     text = page.read_text(encoding="utf-8")
     assert "no moving figures: no parents, unit" in text
     assert 'id="player"' not in text
+    np.savez(tmp_path / "a.npz", **{**stored, "meta": "{}"})
+    assert run(capsys, "report", tmp_path / "a.npz", "-o", page)[0] == 0
+    assert "no spectra: no fps" in page.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("command", ["score", "compare", "leaderboard"])
 def test_every_command_verifies_the_protocol_that_a_file_states(command, capsys, tmp_path):
+    if command == "leaderboard":
+        pytest.importorskip("pandas")
     angle = np.random.default_rng(0).normal(size=(8, 30, 22)).cumsum(axis=1) / 9
     gt = np.stack([np.cos(angle), np.sin(angle), 0 * angle, 0 * angle], axis=-1)
     meta = {"representation": "global-quaternions", "quaternions": "continuous", "fps": 30, "protocol": "lafan1"}
