@@ -461,9 +461,12 @@ def positive_number(name: str, value: object) -> float:
     """
     if not is_real(value):
         raise TypeError(f"{name}: expected a positive number, got {value!r}")
-    number = float(value)
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number beyond float64
+        number = math.inf
     if not (np.isfinite(number) and number > 0):
-        raise ValueError(f"{name}: expected a positive, finite number, got {value!r}")
+        raise ValueError(f"{name}: expected a positive, finite number, got {value!r:.100}")
     return number
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, Self, get_args
@@ -76,7 +77,12 @@ class Meta:
         known = cls.__dataclass_fields__
         if unknown := [name for name in values if name not in known]:
             raise ValueError(f"meta: unknown field {unknown[0]!r}; known: {', '.join(known)}")
-        return cls(**{name: _READ[name](f"meta: {name}", value) for name, value in values.items()})
+        meta = cls(**{name: _READ[name](f"meta: {name}", value) for name, value in values.items()})
+        if meta.joint_names is not None and meta.parents is not None and len(meta.joint_names) != len(meta.parents):
+            raise ValueError(
+                f"meta: joint_names: expected one for each of {len(meta.parents)} parents, got {len(meta.joint_names)}"
+            )
+        return meta
 
     def context(self) -> dict[str, Any]:
         """Return the fields that signatures state."""
@@ -135,13 +141,19 @@ def _text(name: str, value: object) -> str:
 
 
 def _texts(name: str, value: Any) -> tuple[str, ...]:
-    return tuple(_text(name, one) for one in each(name, value, "texts"))
+    texts = tuple(_text(name, one) for one in each(name, value, "texts"))
+    if len(set(texts)) < len(texts):
+        raise ValueError(f"{name}: duplicate {Counter(texts).most_common(1)[0][0]!r}")
+    return texts
 
 
 def _parents(name: str, value: Any) -> tuple[int, ...]:
     parents = tuple(each(name, value, "integers"))
     zeros = np.zeros((len(parents), 3))
-    Skeleton([str(joint) for joint in range(len(parents))], parents, zeros)  # raises unless they are a tree
+    try:
+        Skeleton([str(joint) for joint in range(len(parents))], parents, zeros)  # raises unless they are a tree
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"meta: {error}") from error
     return parents
 
 

@@ -33,7 +33,7 @@ _H36M = "expmap"
 
 def is_folder_of_results(path: Path) -> bool:
     """Return whether a path is a folder of ground truths as ``.npy`` files."""
-    return path.is_dir() and any(_condition(file.name.removesuffix(".npy"), "gt") for file in path.glob("*gt.npy"))
+    return path.is_dir() and any(_condition(file.name.removesuffix(".npy"), "gt") for file in _visible(path, "*gt.npy"))
 
 
 def read_results(path: Path, *, max_size: float = MAX_SIZE) -> list[Pair]:
@@ -84,15 +84,23 @@ def _is_folder(arrays: Arrays, name: str) -> bool:
     return any(f"{name}/{kind}" in arrays for kind in _KINDS)
 
 
+def _visible(folder: Path, pattern: str) -> list[Path]:
+    """Return the files of a folder that are not hidden, such as macOS's ``._gt.npy``."""
+    return sorted(file for file in folder.glob(pattern) if not file.name.startswith("."))
+
+
 def _of_folder(path: Path) -> tuple[dict[str, Array], str | None]:
     """Return the arrays of a folder, named as those of a file, and its meta."""
     arrays = {}
-    for file in sorted(path.glob("*.npy")):
+    for file in _visible(path, "*.npy"):
         name = file.name.removesuffix(".npy")
         condition, kind = next(((found, kind) for kind in _KINDS if (found := _condition(name, kind))), (None, ""))
         if condition is None:
             raise ValueError(f"{file.name}: expected CONDITION_gt.npy or CONDITION_pred.npy, or gt.npy and pred.npy")
-        arrays[f"{condition}/{kind}"] = np.asarray(read_array(file))
+        if f"{condition}/{kind}" in arrays:
+            raise ValueError(f"{file.name}: the condition {ALL!r} has this array twice")
+        with naming_file(Path(file.name)):
+            arrays[f"{condition}/{kind}"] = np.asarray(read_array(file))
     if not arrays:
         raise ValueError("no .npy files in it")
     meta = path / f"{META}.json"
@@ -124,7 +132,10 @@ def _pairs(arrays: Mapping[str, Array], text: str | None) -> list[Pair]:
                 f"{name}: expected CONDITION/gt, CONDITION/pred and {META}, or {_H36M}/gt/ACTION_i and "
                 f"{_H36M}/preds/ACTION_i"
             )
-        conditions.setdefault(condition or ALL, {})[kind] = array
+        found = conditions.setdefault(condition or ALL, {})
+        if kind in found:
+            raise ValueError(f"{name}: the condition {ALL!r} has this array twice")
+        found[kind] = array
     if not conditions:
         raise ValueError("no arrays gt and pred in it")
     for field in ("lengths", "groups"):

@@ -70,6 +70,16 @@ def test_folders_of_arrays_are_read(tmp_path):
     assert pairs_of(tmp_path)["walk"].meta.fps == 30
     np.save(tmp_path / "walk_samples.npy", np.stack([gt, pred]))
     assert np.array_equal(pairs_of(tmp_path)["walk"].samples[1], found["walk"].pred)
+    (tmp_path / "._walk_gt.npy").write_bytes(b"of a file system")  # hidden
+    assert set(pairs_of(tmp_path)) == {"walk", "all"}
+    (tmp_path / "walk_pred.npy").write_bytes(b"damaged")
+    with pytest.raises(ValueError, match=r"walk_pred\.npy: "):
+        read_results(tmp_path)
+    np.save(tmp_path / "walk_pred.npy", pred)
+    np.save(tmp_path / "all_gt.npy", gt)
+    with pytest.raises(ValueError, match=r"gt\.npy: the condition 'all' has this array twice"):
+        read_results(tmp_path)
+    (tmp_path / "all_gt.npy").unlink()
     np.save(tmp_path / "walk_extra.npy", gt)
     with pytest.raises(ValueError, match=r"walk_extra\.npy: expected CONDITION_gt\.npy"):
         read_results(tmp_path)
@@ -130,7 +140,16 @@ def test_unequal_lengths_are_conditions_of_their_own(tmp_path):
         ({"walk/gt": 0, "walk/pred": 0}, {"unit": "inch"}, "meta: unit: expected one of m, cm, mm"),
         ({"walk/gt": 0, "walk/pred": 0}, {"quaternions": "flipped"}, "meta: quaternions: expected one of continuous"),
         ({"walk/gt": 0, "walk/pred": 0}, {"joint_names": "hips"}, "meta: joint_names: "),
+        ({"walk/gt": 0, "walk/pred": 0}, {"joint_names": ["a", "a"]}, "meta: joint_names: duplicate 'a'"),
+        (
+            {"walk/gt": 0, "walk/pred": 0},
+            {"joint_names": ["a"], "parents": [-1, 0]},
+            "meta: joint_names: expected one for each of 2 parents, got 1",
+        ),
+        ({"walk/gt": 0, "walk/pred": 0}, {"parents": [-1, -1]}, "meta: parents: expected one root"),
+        ({"walk/gt": 0, "walk/pred": 0}, {"fps": 10**400}, "meta: fps: expected a positive, finite number"),
         ({"walk/gt": 0, "walk/pred": 0}, [1], "meta: expected a JSON object"),
+        ({"gt": 0, "pred": 0, "all/gt": 0}, None, "all/gt: the condition 'all' has this array twice"),
     ],
 )
 def test_what_is_refused(tmp_path, arrays, meta, message):
