@@ -168,7 +168,7 @@ def check_truths(submissions: Submissions) -> None:
                 difference = f"shapes {expected.gt.shape} and {pair.gt.shape}"
             elif differing := _differing(expected.meta, pair.meta):
                 difference = f"{differing} of their meta"
-            elif (distance := np.abs(expected.gt - pair.gt).max(axis=(1, 2))).max() > _SAME_POSE:
+            elif (distance := np.abs(expected.gt - pair.gt).max(axis=(1, 2))).max() > _tolerance(expected):
                 difference = f"by up to {distance.max():.3g}, in sequence {int(distance.argmax())}"
             else:
                 continue
@@ -176,6 +176,11 @@ def check_truths(submissions: Submissions) -> None:
                 f"{action}: the ground truths of {other!r} and {model!r} differ ({difference}), so they cannot be "
                 "compared"
             )
+
+
+def _tolerance(pair: Pair) -> float:
+    """Return the largest difference of equal ground truths; of small motion in any unit, a part of its size."""
+    return _SAME_POSE if pair.meta is None else _SAME_POSE * min(1.0, float(np.abs(pair.gt).max()))
 
 
 def _differing(one: Meta | None, other: Meta | None) -> str:

@@ -127,6 +127,10 @@ def test_compare_refuses(results, capsys, tmp_path):
         },
     )
     assert "the ground truths of 'a' and 'c' differ (by up to" in run(capsys, "compare", folder / "a.npz", other)[2]
+    small = [tmp_path / "d.npz", tmp_path / "e.npz"]
+    for path, motion in zip(small, (1e-6 * gt, 1e-6 * gt[::-1]), strict=True):  # of a large unit
+        np.savez(path, gt=motion, pred=1e-6 * preds["b"])
+    assert "the ground truths of 'd' and 'e' differ (by up to" in run(capsys, "compare", *small)[2]
 
 
 def test_diagnose(results, capsys, tmp_path):
