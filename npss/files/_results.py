@@ -132,6 +132,8 @@ def _pairs(arrays: Mapping[str, Array], text: str | None) -> list[Pair]:
                 f"{name}: expected CONDITION/gt, CONDITION/pred and {META}, or {_H36M}/gt/ACTION_i and "
                 f"{_H36M}/preds/ACTION_i"
             )
+        if not condition.isprintable() or " ".join(condition.split()) != condition:
+            raise ValueError(f"{name!r}: expected the name of a condition in one line of printable text")
         found = conditions.setdefault(condition or ALL, {})
         if kind in found:
             raise ValueError(f"{name}: the condition {ALL!r} has this array twice")

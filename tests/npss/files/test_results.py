@@ -124,6 +124,8 @@ def test_unequal_lengths_are_conditions_of_their_own(tmp_path):
         ({"walk/gt": 0}, None, "walk: no array pred"),
         ({"walk/gt": 0, "walk/pred": 0, "walk/extra": 0}, None, "walk/extra: expected CONDITION/gt"),
         ({"a/b/gt": 0, "a/b/pred": 0}, None, "a/b/gt: expected CONDITION/gt"),
+        ({"a\nb/gt": 0, "a\nb/pred": 0}, None, r"'a\\nb/gt': expected the name of a condition in one line"),
+        ({"a  b/gt": 0, "a  b/pred": 0}, None, "'a  b/gt': expected the name of a condition in one line"),
         ({}, None, "no arrays gt and pred in it"),
         ({"walk/gt": 0, "walk/pred": 1}, None, r"walk: pred: its shape .* differs from that of gt"),
         ({"walk/gt": 0, "walk/pred": 2}, None, r"walk: pred: .*nan"),
