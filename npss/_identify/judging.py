@@ -210,6 +210,12 @@ def _example(subject: Subject, found: Found, name: ConventionName) -> tuple[floa
     return float(found.values[0].flat[0]), score(gt, pred, convention=name)
 
 
+def _digits(values: Sequence[Numbers]) -> int | None:
+    """Return the decimal places to which all values are rounded, or None if they have more than five."""
+    numbers = np.concatenate([np.ravel(value) for value in values])
+    return next((n for n in range(6) if np.array_equal(numbers, np.round(numbers, n))), None)
+
+
 def no_npss(subject: Subject, found: Found) -> Identification:
     """Say why a function is no NPSS."""
     probe = found.probes[0]
@@ -234,6 +240,10 @@ def no_npss(subject: Subject, found: Found) -> Identification:
             change = float(np.abs(of - expected).max()) / size
             if not change <= found.tolerance:
                 faults.append(f"{fault}, by {change:.2g} of its value")
+        if not faults and (digits := _digits(found.values)) is not None:
+            faults.append(
+                f"its numbers are rounded to {digits} decimal places; pass a function that returns all digits"
+            )
     reasons = (
         "; ".join(faults) or "it is 0 for equal motions and ignores scale, as an NPSS does, but its numbers differ"
     )

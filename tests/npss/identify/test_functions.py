@@ -196,6 +196,12 @@ def rounded(values, digits):
 
 
 class TestPrecision:
+    @pytest.mark.parametrize("digits", [3, 5])
+    def test_decimal_places(self, digits):
+        result = npss.identify(lambda gt, pred: round(released(gt, pred), digits))
+        assert result.nearest is None
+        assert f"rounded to {digits} decimal places; pass a function that returns all digits" in str(result)
+
     def test_float32(self):
         def single(gt, pred):
             return np.float32(released(gt.astype(np.float32), pred.astype(np.float32)))
