@@ -106,7 +106,10 @@ class Subject:
         first, second = (pred, gt) if self.order == "pred,gt" else (gt, pred)
         pair = [_as_wanted(motion, form) for motion in (first, second)]
         names = self._parameters.names
-        return function(*pair) if names is None else function(**dict(zip(names, pair, strict=True)))
+        try:
+            return function(*pair) if names is None else function(**dict(zip(names, pair, strict=True)))
+        except SystemExit as error:
+            raise RuntimeError(f"SystemExit: {error}") from error
 
 
 def forms(frame: tuple[int, ...] | None, *, tensors: bool) -> Iterator[Form]:

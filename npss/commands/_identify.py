@@ -7,6 +7,7 @@ import importlib
 import re
 import sys
 import traceback
+from contextlib import redirect_stdout
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, get_args
@@ -49,7 +50,9 @@ def add_parser(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Print what the function computes."""
-    print(identify(_load(options.function), order=options.order, frame=options.frame))
+    with redirect_stdout(sys.stderr):  # what the module and the function print is no part of the result
+        result = identify(_load(options.function), order=options.order, frame=options.frame)
+    print(result)
 
 
 def _load(target: str) -> Any:

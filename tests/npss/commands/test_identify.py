@@ -23,6 +23,13 @@ def of_frames(gt, pred):
     assert gt.shape[2:] == (5, 4)
     return either(gt.reshape(*gt.shape[:2], -1), pred.reshape(*gt.shape[:2], -1))
 
+def loud(gt, pred):
+    print("noise")
+    return npss(pred, gt)
+
+def exits(gt, pred):
+    raise SystemExit(3)
+
 def broken(gt, pred):
     return undefined
 
@@ -46,6 +53,13 @@ def folder(tmp_path, monkeypatch):
     yield
     for name in [name for name in sys.modules if name.partition(".")[0] == "evaluation_code"]:
         del sys.modules[name]
+
+
+def test_functions_that_print_or_exit(capsys):
+    status, out, err = run(capsys, "identify", "evaluation_code.metrics:loud")
+    assert (status, "noise" in out, "noise" in err) == (0, False, True)
+    status, _, err = run(capsys, "identify", "evaluation_code.metrics:exits")
+    assert (status, "SystemExit: 3" in err) == (2, True)
 
 
 def test_a_function(capsys):
@@ -102,4 +116,4 @@ def test_errors_name_the_line(capsys):
     _, _, err = run(capsys, "identify", "evaluation_code.fails:npss")
     assert err.endswith("fails.py, line 2)\n")
     _, _, err = run(capsys, "identify", "evaluation_code.metrics:broken")
-    assert "metrics.py, line 18)" in err
+    assert "metrics.py, line 25)" in err
