@@ -218,7 +218,7 @@ def _others(metrics: Sequence[str], at_ms: Sequence[float], poses: object) -> li
         if metric in others:
             raise ValueError(f"metrics: {name!r} is a duplicate")
         if metric.takes != "angles" and poses is None:
-            raise ValueError(f"metrics: {name!r} takes {metric.takes}; give poses")
+            raise ValueError(f"metrics: {name!r} takes {metric.takes}; give poses, exponential maps of Human3.6M")
         if metric.has_times and not at_ms:
             raise ValueError(f"metrics: {name!r} is measured at the times of at_ms; give at_ms")
         if metric.has_conventions:
