@@ -130,6 +130,11 @@ class InBetweening:
                 f"name: {self.name!r} is the benchmark's, with other values of {', '.join(other)}; choose another name"
             )
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle it by its parameters, since a read-only mapping can be neither copied nor pickled."""
+        values = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return _from_parameters, ({**values, "zero_velocity": dict(self.zero_velocity)},)
+
     def starts(self, n_frames: int, *, part: Part = "test") -> range:
         """Return the first frames of the windows of a clip.
 
@@ -199,6 +204,10 @@ class InBetweening:
     def action(self, n: int) -> str:
         """Return the name of a transition of `n` frames in records and tables: ``'in-betweening, 5 frames'``."""
         return f"in-betweening, {n} frames"
+
+
+def _from_parameters(values: dict[str, Any]) -> InBetweening:
+    return InBetweening(**values)
 
 
 _NAMED: dict[str, InBetweening] = {}  # filled below: their names are theirs alone

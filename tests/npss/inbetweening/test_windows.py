@@ -1,5 +1,7 @@
 """Windows and their parts: places, refused input, and the protocol's numbers."""
 
+import copy
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -165,3 +167,8 @@ def test_statistics_pool_clips():
 def test_refuses(call, error, message):
     with pytest.raises(error, match=message):
         call()
+
+
+def test_a_protocol_can_be_copied_and_pickled():
+    for protocol in (lafan1, replace(lafan1, name="mine", joints=31)):
+        assert copy.deepcopy(protocol) == pickle.loads(pickle.dumps(protocol)) == protocol
