@@ -71,7 +71,8 @@ def measure(
     dict
         A record as of `npss.records.measure`: ``npss`` has the score by convention, ``metrics`` has ``L2Q`` and
         ``L2P``, ``signatures`` the signature of each. ``action`` names the transition, ``verification`` says what
-        differs from the protocol's ground truth and what is undecided.
+        differs from the protocol's ground truth and what is undecided, ``std`` holds the standard deviations of
+        standardised positions.
 
     Raises
     ------
@@ -138,6 +139,8 @@ def measure(
             {"representation": "global-positions", "positions": "standardised" if unit is None else unit},
         ),
     }
+    if unit is None:
+        record["std"] = scale.ravel().tolist()  # the unit of L2P, which `table` compares
     record["metrics"] = {}
     if sequences:
         record["sequences"]["metrics"] = {}

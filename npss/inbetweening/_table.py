@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
+
+import numpy as np
 
 from npss import published as published_rows
 from npss._metric.metric import Metric
@@ -12,7 +15,7 @@ from npss._metric.signature import differences, parse_signature
 from npss.console._tables import markdown_code, markdown_text
 from npss.console._tables import table as write
 from npss.records import Record
-from npss.validation import each, positive_integer
+from npss.validation import each, is_real, positive_integer, real_array
 
 _METRICS = (L2Q, L2P, NPSS)
 
@@ -70,6 +73,7 @@ def table(records: Iterable[Record], *, published: bool = False, digits: int = 4
     positive_integer("digits", digits)
     own = each("records", records, "records")
     numbers = [number for record in own for number in _numbers(record, digits)]
+    _check_deviations(own)
     if not numbers:
         raise ValueError("records: expected at least one, with numbers of in-betweening")
     if published:
@@ -101,6 +105,19 @@ def table(records: Iterable[Record], *, published: bool = False, digits: int = 4
     return "\n".join(lines)
 
 
+def _check_deviations(records: Iterable[Record]) -> None:
+    """Refuse numbers of positions that are divided by different standard deviations."""
+    first: Record | None = None
+    for record in (record for record in records if "std" in record):
+        first = first or record
+        own, other = (real_array("records: std", one["std"]) for one in (record, first))
+        if own.shape != other.shape or not np.allclose(own, other, rtol=1e-3, atol=0):
+            raise ValueError(
+                f"records: {_name(record)!r} and {_name(first)!r} differ in L2P: their positions are standardised by "
+                f"other standard deviations"
+            )
+
+
 def _numbers(record: Record, digits: int) -> Iterator[_Number]:
     """Yield the numbers of a record, with the digits of published ones."""
     if not isinstance(record, Mapping):
@@ -108,9 +125,14 @@ def _numbers(record: Record, digits: int) -> Iterator[_Number]:
     printed, signatures = record.get("printed", {}), record.get("signatures", {})
     for metric in _METRICS:
         section, name = ("npss", "released") if metric is NPSS else ("metrics", metric.heading)
-        value = record.get(section, {}).get(name)
+        values = record.get(section, {})
+        if not isinstance(values, Mapping):
+            raise ValueError(f"records: expected an object as {section!r} of {_name(record)!r}, got {values!r:.100}")
+        value = values.get(name)
         if value is None:
             continue
+        if not (is_real(value) and math.isfinite(value)):
+            raise ValueError(f"records: expected a finite {metric.heading} of {_name(record)!r}, got {value!r:.100}")
         if not isinstance(signatures.get(name), str):
             raise ValueError(f"records: {_name(record)!r} has {metric.heading} without a signature")
         frames = parse_signature(signatures[name]).get("frames")

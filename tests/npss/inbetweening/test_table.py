@@ -152,3 +152,24 @@ def test_columns_have_one_meaning():
         table([])
     with pytest.raises(ValueError, match="records: 'm' has NPSS without a signature"):
         table([{"model": "m", "npss": {"released": 1.0}}])
+
+
+def test_standard_deviations_are_compared():
+    first, other = record(30), record(30, model="other", std=9 * np.ones(66))
+    assert first["std"] == [1.0] * 66
+    assert "std" not in record(30, mean=None, std=None, unit="m")
+    with pytest.raises(ValueError, match=r"'other' and 'm' differ in L2P: .* other standard deviations"):
+        table([first, other])
+    table([first, record(30, model="other", std=(1 + 1e-7) * np.ones(66))])
+
+
+@pytest.mark.parametrize(
+    ("metrics", "message"),
+    [
+        ("x", "records: expected an object as 'metrics' of 'm'"),
+        ({"L2Q": float("nan")}, "records: expected a finite L2Q"),
+    ],
+)
+def test_damaged_records_are_refused(metrics, message):
+    with pytest.raises(ValueError, match=message):
+        table([{**record(30), "metrics": metrics}])
