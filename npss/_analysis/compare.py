@@ -215,6 +215,8 @@ def compare(
         raise ValueError(f"metric: {metric!r} has no values for single sequences, which a comparison needs")
     representation, chosen = context.get("representation"), as_convention(convention)
     check_normalize(normalize)
+    if compared.takes == "poses" and representation not in (None, "expmap"):
+        raise ValueError(f"representation: {metric!r} takes poses, exponential maps, not {representation!r}")
     rate = None if fps is None else positive_number("fps", fps)
     measure: Callable[..., Measured]
     how: dict[str, Any] = {"representation": representation, "convention": chosen}

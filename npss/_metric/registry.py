@@ -61,7 +61,12 @@ def _trajectory_error(gt: Float64, pred: Float64, *, fps: float, at_ms: float) -
 
 
 def _rotation_error(gt: Float64, pred: Float64, *, fps: float, at_ms: float) -> Float64:
-    joints = (x[..., UNSCORED:POSE] for x in (gt, pred))
+    if gt.shape[-1] != POSE:
+        raise ValueError(
+            f"gt: expected Human3.6M poses, exponential maps of {POSE} features, got {gt.shape[-1]}; "
+            f"npss.rotation_error takes any rotations"
+        )
+    joints = (x[..., UNSCORED:] for x in (gt, pred))
     return _at(sequence_rotation_errors(*joints, representation="expmap"), fps, at_ms)
 
 

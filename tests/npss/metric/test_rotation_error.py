@@ -136,3 +136,16 @@ def test_the_registered_metric_of_poses():
 def test_what_is_refused(gt, options, error, message):
     with pytest.raises(error, match=f"^{message}"):
         npss.rotation_error(gt, gt, **{"representation": "quaternion", "at_ms": [80], **options})
+
+
+@pytest.mark.parametrize(
+    ("features", "representation", "message"),
+    [
+        (15, "expmap", "gt: expected Human3.6M poses, exponential maps of 99 features, got 15"),
+        (99, "euler", "representation: 'rotation_error' takes poses, exponential maps, not 'euler'"),
+    ],
+)
+def test_the_metric_takes_poses_only(features, representation, message):
+    gt = np.random.default_rng(0).normal(size=(4, 5, features))
+    with pytest.raises(ValueError, match=f"^{message}"):
+        npss.compare(gt, gt, gt, metric="rotation_error", representation=representation, fps=25, at_ms=80)
