@@ -9,11 +9,12 @@ from typing import Any, Literal, Self, get_args
 
 import numpy as np
 
-from npss._metric.fields import FIELDS
 from npss.files._json import parse_json
 from npss.skeleton import Skeleton
 from npss.validation import Array, each, is_integer, one_of, positive_integer, positive_number
 
+#: The signs of quaternions, as signatures state them.
+Quaternions = Literal["continuous", "w>=0"]
 #: The unit of positions.
 Unit = Literal["m", "cm", "mm"]
 #: The axis that points upwards.
@@ -51,7 +52,7 @@ class Meta:
     representation: str | None = None
     fps: float | None = None
     protocol: str | None = None
-    quaternions: str | None = None
+    quaternions: Quaternions | None = None
     joint_names: tuple[str, ...] | None = None
     parents: tuple[int, ...] | None = None
     unit: Unit | None = None
@@ -192,7 +193,7 @@ _READ: Mapping[str, Any] = {
     "representation": _text,
     "fps": positive_number,
     "protocol": _text,
-    "quaternions": _choice(tuple(FIELDS["quaternions"].means)),
+    "quaternions": _choice(get_args(Quaternions)),
     "joint_names": _texts,
     "parents": _parents,
     "unit": _choice(get_args(Unit)),
