@@ -72,25 +72,6 @@ def joint_indices(joints: Sequence[int], n_joints: int, name: str = "joints") ->
     return np.array(chosen, np.intp)
 
 
-def refuse_one_sequence(gt: npt.ArrayLike, pred: npt.ArrayLike, core: tuple[int, ...]) -> None:
-    """Refuse arrays of three axes that end in the numbers of one joint: they may be ``(T, J, C)`` or ``(N, T, C)``.
-
-    Raises
-    ------
-    ValueError
-        If one is such an array.
-    """
-    size = math.prod(core)
-    for name, values in (("gt", gt), ("pred", pred)):
-        shape = tuple(getattr(values, "shape", ()))
-        if len(shape) == 3 and shape[-1] == size:
-            one_joint = "x[:, :, None]" if len(core) == 1 else f"x.reshape(N, T, 1, {', '.join(map(str, core))})"
-            raise ValueError(
-                f"{name}: shape {shape} may be one sequence (T, J, {size}) or one joint (N, T, {size}); pass x[None] "
-                f"for the sequence, {one_joint} for the joint"
-            )
-
-
 def _read(name: str, values: npt.ArrayLike, core: tuple[int, ...]) -> Array:
     array = motion_with_joints(name, values, "matrix" if core == (3, 3) else None)
     check_finite(name, array)

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from npss._metric.joints import joint_array, joint_indices, joint_pair, refuse_one_sequence
+from npss._metric.joints import joint_array, joint_indices, joint_pair
 from npss._metric.times import Average, check_average, errors_at, frames_at
 from npss.validation import Array, BeyondFloat64Error, Float64, is_integer, one_of
 
@@ -35,8 +35,7 @@ def position_error(
     Parameters
     ----------
     gt, pred : (N, T, J, 3), (N, T, 3 J) or (T, 3 J) array_like
-        Positions of joints, in any unit. Pass three joints as ``(N, T, 9)``, one joint as ``(N, T, 1, 3)``, and one
-        sequence as ``x[None]``.
+        Positions of joints, in any unit. Pass three joints as ``(N, T, 9)``.
     fps : float, optional
         Frames per second.
     at_ms : sequence of float, optional
@@ -132,7 +131,6 @@ def position_error_curve(
     >>> npss.position_error_curve(gt, gt + np.array([1.0, 2.0, 3.0])[:, np.newaxis, np.newaxis] * [1, 0, 0])
     array([1., 2., 3.])
     """
-    refuse_one_sequence(gt, pred, (3,))
     curve: Float64 = sequence_position_errors(gt, pred, align=align, root=root, joints=joints).mean(axis=0)
     return curve
 

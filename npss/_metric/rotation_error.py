@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from npss._metric.joints import joint_pair, refuse_one_sequence
+from npss._metric.joints import joint_pair
 from npss._metric.times import Average, check_average, errors_at, frames_at
 from npss.rotations._angle import Representation, angle_between, rotation_form
 from npss.rotations._euler import H36M
@@ -37,8 +37,7 @@ def rotation_error(
     Parameters
     ----------
     gt, pred : (N, T, J, n), (N, T, n J) or (T, n J) array_like
-        Rotations of J joints, local or global; for matrices ``(N, T, J, 3, 3)``, or flattened. Pass
-        one joint as ``(N, T, 1, n)``, and one sequence as ``x[None]``.
+        Rotations of J joints, local or global; for matrices ``(N, T, J, 3, 3)``, or flattened.
     representation : {'expmap', 'matrix', 'quaternion', 'sixd', 'euler'}
         The representation of both.
     unit : {'rad', 'deg'}, optional
@@ -62,8 +61,8 @@ def rotation_error(
     TypeError
         If an argument has the wrong type.
     ValueError
-        If a shape is wrong, ambiguous or differs, a value is not finite or not a rotation, an option is invalid, or a
-        time is not that of a frame. The message then names the nearest times.
+        If a shape is wrong or differs, a value is not finite or not a rotation, an option is invalid, or a time is not
+        that of a frame. The message then names the nearest times.
 
     See Also
     --------
@@ -83,15 +82,14 @@ def rotation_error(
     --------
     >>> import numpy as np
     >>> import npss
-    >>> gt = np.zeros((1, 25, 1, 3))  # one joint
-    >>> pred = gt + np.linspace(0, np.pi / 2, 25)[:, np.newaxis, np.newaxis] * [0, 0, 1]
+    >>> gt = np.zeros((1, 25, 3))  # one joint
+    >>> pred = gt + np.linspace(0, np.pi / 2, 25)[:, np.newaxis] * [0, 0, 1]
     >>> errors = npss.rotation_error(gt, pred, representation="expmap", unit="deg", at_ms=[1000])
     >>> round(errors[1000], 9)
     90.0
     """
     one_of("unit", unit, get_args(Unit))
     check_average(average)
-    refuse_one_sequence(gt, pred, rotation_form(representation, seq=seq, layout=layout).shape)
     errors = sequence_rotation_errors(
         gt, pred, representation=representation, joints=joints, seq=seq, layout=layout
     ).mean(axis=0)
