@@ -13,7 +13,7 @@ from npss._metric.registry import METRICS, NPSS
 from npss.commands._leaderboard import add_groups, add_protocol, context_of, groups_of
 from npss.files._formats import listed
 from npss.files._samples import add_max_size, features_of
-from npss.ranking._submissions import described, known_blocks, naming, read_submissions, verified
+from npss.ranking._submissions import described, known_blocks, millimetres, naming, read_submissions, verified
 
 _LEVEL = 0.95  # of intervals
 
@@ -73,6 +73,9 @@ def run(options: argparse.Namespace) -> None:
         if verification := verified(pair, None, stated.get("protocol"), fps) if pair.meta is not None else None:
             stated |= verification.stated
         gt, pred_a = features_of(pair)
+        pred_b = features_of(b[condition])[1]
+        if METRICS[options.metric].takes == "positions" and pair.meta is not None:
+            (gt, pred_a), pred_b = millimetres(pair, options.metric), millimetres(b[condition], options.metric)[1]
         blocks = groups[condition] if groups else pair.groups
         if blocks is None:
             blocks = known_blocks(stated.get("protocol"), condition, gt.shape)
@@ -82,7 +85,7 @@ def run(options: argparse.Namespace) -> None:
                 comparison = compare(
                     gt,
                     pred_a,
-                    features_of(b[condition])[1],
+                    pred_b,
                     metric=options.metric,
                     fps=fps,
                     at_ms=options.at_ms,

@@ -124,6 +124,23 @@ class Meta:
         start = places[:, :1, [self.parents.index(-1)]]
         return places - start * [1, 0, 1]
 
+    def millimetres(self, motion: Array) -> Array:
+        """Return positions (N, T, J, 3) in millimetres, as they are otherwise.
+
+        Raises
+        ------
+        ValueError
+            If the motion is not positions, its unit is unknown, or the features are not three for each joint.
+        """
+        if self.representation != "positions" or self.unit is None:
+            raise ValueError(
+                "it takes positions: a meta with the representation 'positions' and their unit, got "
+                f"{self.representation!r} and {self.unit!r}"
+            )
+        if motion.shape[2] % 3:
+            raise ValueError(f"expected three features for each joint, got {motion.shape[2]}")
+        return motion.reshape(*motion.shape[:2], -1, 3) * _MILLIMETRES[self.unit]
+
     def skeleton(self, positions: Array) -> Skeleton:
         """Return the skeleton of positions (N, T, J, 3), with the bones of the first frame."""
         assert self.parents is not None

@@ -34,6 +34,7 @@ from npss.protocol import (
 from npss.protocol._h36m import BLOCKED
 from npss.ranking._names import names_of_paths
 from npss.records import Record, measure
+from npss.validation import Array
 
 _SAME_POSE = 1e-3  # radians, or millimetres: files hold ground truth in various precisions
 
@@ -243,15 +244,18 @@ def _measure(pair: Pair, action: str, groups: Groups, context: Mapping[str, Any]
     """Measure a pair and its single sequences."""
     n_frames = pair.gt.shape[1]
     fps, stated = described(pair, context)
-    is_euler = fps is not None and stated.get("representation") == "euler"
+    is_euler = stated.get("representation") == "euler"
+    timed = is_euler or any(metric_called(name, "metrics").has_times for name in options.get("metrics", ()))
     gt, pred = features_of(pair)
     verification = None if pair.meta is None else verified(pair, None, stated.get("protocol"), fps)
     return measure(
         gt,
         pred,
         fps=fps,
-        at_ms=[time for time in SLICES_MS if time * fps <= n_frames * 1000] if is_euler and fps else (),
+        at_ms=whole_times(fps, n_frames) if timed and fps is not None else (),
+        angles=is_euler,
         poses=(pair.gt, pair.pred) if pair.meta is None else None,
+        positions=positions_for(pair, options.get("metrics", ())),
         sequences=True,
         groups=known_blocks(stated.get("protocol"), action, pair.gt.shape) if groups is None else groups,
         frames=n_frames,
@@ -259,6 +263,35 @@ def _measure(pair: Pair, action: str, groups: Groups, context: Mapping[str, Any]
         **stated,
         **({} if verification is None else verification.stated),
     )
+
+
+def whole_times(fps: float, n_frames: int) -> list[int]:
+    """Return the times of published tables that are whole frames, up to a number of frames."""
+    frames = {time: time * fps / 1000 for time in SLICES_MS}
+    return [time for time, frame in frames.items() if frame <= n_frames and frame.is_integer()]
+
+
+def positions_for(pair: Pair, metrics: Sequence[str]) -> tuple[Array, Array] | None:
+    """Return the positions of a pair in millimetres, if one of the metrics takes them and the pair has a meta."""
+    for name in metrics:
+        if pair.meta is not None and metric_called(name, "metrics").takes == "positions":
+            return millimetres(pair, name)
+    return None
+
+
+def millimetres(pair: Pair, metric: str) -> tuple[Array, Array]:
+    """Return the positions (N, T, J, 3) of a pair with a meta, in millimetres, for a metric that takes them.
+
+    Raises
+    ------
+    ValueError
+        If the pair has no positions, or their unit is unknown; names the metric.
+    """
+    assert pair.meta is not None
+    try:
+        return pair.meta.millimetres(pair.gt), pair.meta.millimetres(pair.pred)
+    except ValueError as error:
+        raise ValueError(f"metrics: {metric}: {error}") from error
 
 
 def described(pair: Pair, context: Mapping[str, Any]) -> tuple[float | None, dict[str, Any]]:

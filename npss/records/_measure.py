@@ -40,9 +40,11 @@ def measure(
     conventions: Sequence[ConventionName] = tuple(CONVENTIONS),
     fps: float | None = None,
     at_ms: Sequence[int] = (),
+    angles: bool = True,
     edges_ms: Sequence[float] = (),
     metrics: Sequence[str] = (),
     poses: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+    positions: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
     unwrapped: Unwrapped = "off",
     seed_frames: npt.ArrayLike | None = None,
     workers: int = 1,
@@ -62,13 +64,17 @@ def measure(
     fps : float, optional
         Frames per second; needed for `at_ms` and `edges_ms`.
     at_ms : sequence of int, optional
-        Times of the Euler error, in milliseconds (default: no Euler error).
+        Times of the Euler error and of other metrics with times, in milliseconds (default: no Euler error).
+    angles : bool, optional
+        Whether the features are angles, which have an Euler error.
     edges_ms : sequence of float, optional
         Edges of windows to score, in milliseconds (default: no windows).
     metrics : sequence of str, optional
         Names or headings of other registered metrics; see `npss.metrics`. Metrics with times are measured at `at_ms`.
     poses : pair of (N, T, 99) array_like, optional
         Ground truth and prediction as Human3.6M poses, exponential maps, for metrics that take poses or positions.
+    positions : pair of (N, T, J, 3) array_like, optional
+        Ground truth and prediction as positions of any joints in millimetres, for metrics that take positions.
     unwrapped : {'off', 'target', 'seed'}, optional
         Remove jumps of 2 pi before NPSS (never for other metrics): in the target only, or from the seed on.
     seed_frames : array_like, optional
@@ -110,8 +116,8 @@ def measure(
     >>> record["npss"], record["euler_error"], record["metrics"]
     ({'paper': 0.0}, {'80': 0.0}, {'MSE': 0.0})
     """
-    others = _others(metrics, at_ms, poses)
-    gt, pred = angles = motion_pair(gt, pred, context.get("representation"))
+    others = _others(metrics, at_ms, poses, positions)
+    gt, pred = features = motion_pair(gt, pred, context.get("representation"))
     record: Record = {}
     by_sequence: Record = {}  # values of single sequences
     if sequences:
@@ -125,7 +131,7 @@ def measure(
     if fps is not None:
         fields["fps"] = positive_number("fps", fps)
     joint = NPSS.name
-    if at_ms:
+    if at_ms and angles:
         moving, predicted, still = moving_pair(gt, pred)
         record["euler_error"] = {}
         if still.any():
@@ -168,7 +174,7 @@ def measure(
     if record.get("euler_error"):
         record["signatures"][EULER_ERROR.name] = signature_of(record, EULER_ERROR.name)
     for other in others:
-        _add(record, other, angles, poses, fps, at_ms)
+        _add(record, other, features, poses, positions, fps, at_ms)
     return record
 
 
@@ -207,7 +213,7 @@ def signature_of(record: Record, metric: str, convention: str | None = None, **c
     return signature(**{**fields, "convention": convention, **context})
 
 
-def _others(metrics: Sequence[str], at_ms: Sequence[float], poses: object) -> list[Metric]:
+def _others(metrics: Sequence[str], at_ms: Sequence[float], poses: object, positions: object) -> list[Metric]:
     """Return the metrics of these names, and check that their inputs are given."""
     others: list[Metric] = []
     for name in each("metrics", metrics, "names"):
@@ -217,7 +223,7 @@ def _others(metrics: Sequence[str], at_ms: Sequence[float], poses: object) -> li
             raise ValueError(f"metrics: {metric.name!r} is always measured, {how}; leave it out")
         if metric in others:
             raise ValueError(f"metrics: {name!r} is a duplicate")
-        if metric.takes != "angles" and poses is None:
+        if metric.takes != "angles" and poses is None and not (metric.takes == "positions" and positions is not None):
             raise ValueError(f"metrics: {name!r} takes {metric.takes}; give poses, exponential maps of Human3.6M")
         if metric.has_times and not at_ms:
             raise ValueError(f"metrics: {name!r} is measured at the times of at_ms; give at_ms")
@@ -227,14 +233,23 @@ def _others(metrics: Sequence[str], at_ms: Sequence[float], poses: object) -> li
     return others
 
 
-def _add(record: Record, metric: Metric, angles: Any, poses: Any, fps: float | None, at_ms: Sequence[float]) -> None:
+def _add(
+    record: Record,
+    metric: Metric,
+    features: Any,
+    poses: Any,
+    positions: Any,
+    fps: float | None,
+    at_ms: Sequence[float],
+) -> None:
     """Add the numbers of another metric to a record."""
-    gt, pred = angles if metric.takes == "angles" else poses
-    if metric.takes == "positions":
+    of_poses = metric.takes == "positions" and positions is None
+    gt, pred = features if metric.takes == "angles" else poses if metric.takes == "poses" or of_poses else positions
+    if of_poses:
         gt, pred = poses_to_positions(gt), poses_to_positions(pred)
     fields = with_fields_of(metric, stated_of(metric.name, parse_signature(record["signature"])))
     if metric.takes == "positions" and metric.fields.get("root", "") is None:
-        fields["extra"] = {**fields["extra"], "root": "fixed"}
+        fields["extra"] = {**fields["extra"], "root": "fixed" if of_poses else "given"}
     for time in at_ms if metric.has_times else (None,):
         measured = metric.measure(gt, pred, fps=fps, at_ms=time)
         column = metric.column(at_ms=time)

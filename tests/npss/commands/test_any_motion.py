@@ -133,6 +133,33 @@ def test_compare_refuses(results, capsys, tmp_path):
     assert "the ground truths of 'd' and 'e' differ (by up to" in run(capsys, "compare", *small)[2]
 
 
+def test_positions_have_their_errors_in_millimetres(results, capsys):
+    pytest.importorskip("pandas")
+    folder, gt, preds = results
+    expected = npss.position_error(10 * gt, 10 * preds["a"], fps=FPS, at_ms=(400, 1000))
+    (record,) = json.loads(run(capsys, "score", folder / "a.npz", "--metrics", "position_error", "--format", "json")[1])
+    assert [*record["metrics"].values()] == [expected[400], expected[1000]]
+    assert "euler_error" not in record
+    heading = next(iter(record["metrics"]))
+    assert "|root:given" in record["signatures"][heading]
+    status, out, _ = run(capsys, "leaderboard", folder, "--metrics", "position_error", "--format", "csv")
+    assert status == 0
+    assert repr(expected[400])[:12] in out
+    options = ["--metric", "position_error", "--at-ms", "400", "--format", "json"]
+    (record,) = json.loads(run(capsys, "compare", folder / "a.npz", folder / "b", *options)[1])
+    other = npss.position_error(10 * gt, 10 * preds["b"], fps=FPS, at_ms=(400,))
+    assert record["difference"] == pytest.approx(expected[400] - other[400], rel=1e-12)
+
+
+def test_other_motion_has_no_positions(tmp_path, capsys):
+    gt, noise = np.random.default_rng(1).normal(size=(2, 4, 25, 6)).cumsum(axis=2) / 20
+    for meta, got in (({"representation": "euler", "fps": 25}, "'euler' and None"), ({"fps": 25}, "None and None")):
+        np.savez(tmp_path / "a.npz", gt=gt, pred=gt + noise, meta=json.dumps(meta))
+        error = run(capsys, "score", tmp_path / "a.npz", "--metrics", "position_error")[2]
+        assert "metrics: position_error: it takes positions: a meta with the representation 'positions'" in error
+        assert got in error
+
+
 def test_diagnose(results, capsys, tmp_path):
     folder, gt, _ = results
     status, out, _ = run(capsys, "diagnose", folder / "a.npz", "--format", "json")
