@@ -109,13 +109,13 @@ def test_a_page_without_a_folder(capsys, folder, tmp_path):
     assert capsys.readouterr() == ("", f"npss: error: {path}: no such folder: {path.parent}\n")
 
 
-@pytest.mark.parametrize("command", [["report"], ["study", "page", "--action", "walking"]])
-def test_a_page_never_replaces_its_inputs(capsys, folder, tmp_path, command):
+@pytest.mark.parametrize(("command", "options"), [(["report"], []), (["study", "page"], ["--action", "walking"])])
+def test_a_page_never_replaces_its_inputs(capsys, folder, tmp_path, command, options):
     model = tmp_path / "model.npz"
     model.write_bytes((folder / "near.npz").read_bytes())
     (tmp_path / "page.html").symlink_to(model)
     for path in (model, tmp_path / "page.html"):
-        assert main([*command, str(tmp_path), "-o", str(path)]) == 2
+        assert main([*command, str(tmp_path), *options, "-o", str(path)]) == 2
         assert capsys.readouterr().err.startswith(f"npss: error: {path}: would overwrite an input")
     assert model.read_bytes() == (folder / "near.npz").read_bytes()
     assert main([*command, str(tmp_path), "-o", str(tmp_path)]) == 2
