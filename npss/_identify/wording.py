@@ -45,7 +45,7 @@ def text_of(result: Identification, found: Found, choices: Choices, *, usual: bo
         lines.append(f"Not part of this function: {', '.join(left_out)}.")
     n, t, d = found.probes[0].gt.shape
     what = {"set": f"{n} sequences", "sequence": "1 sequence", "column": "1 feature of 1 sequence"}[found.level]
-    if result.example:
+    if result.example:  # pragma: no branch - every named function has one
         own, by_name = result.example
         size = f"{t} frames" if found.level == "column" else f"{t} frames of {d} features"
         lines.append(f"On one example ({what}, {size}): {own:.6g}; npss by `{nearest}`: {by_name:.6g}.")

@@ -205,7 +205,7 @@ class Accumulator:
             read = _read_part(part)
             if len({int(n_frames) > 0, accumulator._features > 0, read.sequences > 0}) > 1:
                 raise ValueError(_CONTRADICTION)
-            if read.sequences:
+            if read.sequences:  # pragma: no branch - a state of nothing has no parts
                 accumulator._parts[int(n_frames)] = read
         if by_length and accumulator.state()["signature"] != state["signature"]:
             raise ValueError(_CONTRADICTION)

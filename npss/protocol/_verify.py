@@ -275,13 +275,14 @@ def _human36m(
         return _verification(protocol, notes)
     angles = poses_to_euler(truth)
     found = _constant_score(angles)
+    held = None if past is None else _last_of(past, len(angles))
     matches = [(name, of) for name, row in _SCORES.items() for of, s in row.items() if abs(found - s) <= _half_unit(4)]
     wanted = [(protocol, of) for of in known if action in (None, of)]
     text = f"zero-velocity scores {found:.6f} ('released')"
     if match := next((match for match in matches if match in wanted), None):
         notes.agrees.append(f"{text}, as on {match[1]} {_PLACES[protocol]}")
-        if past is not None:
-            _euler_row(notes, angles, past, *match)
+        if held is not None:
+            _euler_row(notes, angles, held, *match)
         return _verification(protocol, notes)
     row = ", ".join(f"{known[of]:.4f} on {of}" for _, of in wanted)
     other = "".join(f"; it is {of} {_PLACES[name]} ({name})" for name, of in matches[:1])
@@ -289,12 +290,17 @@ def _human36m(
     return _verification(protocol, notes)
 
 
-def _euler_row(notes: _Notes, angles: Array, past: npt.ArrayLike, protocol: str, action: str) -> None:
-    """Compare the Euler error of zero-velocity to that of the protocol."""
+def _last_of(past: npt.ArrayLike, n: int) -> Array:
+    """Return the last of the frames before n windows, (n, 1, 99)."""
     frames = real_array("past", past)
-    if frames.ndim != 3 or frames.shape[::2] != (len(angles), POSE):
-        raise ValueError(f"past: expected exponential maps ({len(angles)}, S, {POSE}), got shape {frames.shape}")
-    held = np.repeat(poses_to_euler(frames[:, -1:]), angles.shape[1], axis=1)
+    if frames.ndim != 3 or frames.shape[::2] != (n, POSE):
+        raise ValueError(f"past: expected exponential maps ({n}, S, {POSE}), got shape {frames.shape}")
+    return frames[:, -1:]
+
+
+def _euler_row(notes: _Notes, angles: Array, last: Array, protocol: str, action: str) -> None:
+    """Compare the Euler error of zero-velocity to that of the protocol."""
+    held = np.repeat(poses_to_euler(last), angles.shape[1], axis=1)
     found = list(euler_error(angles, held, fps=FPS, at_ms=_AT_MS).values())
     expected = _ERRORS[protocol][action]
     text = f"the Euler error of zero-velocity is {_row(found, 3)}; {protocol} has {_row(expected, 2)} on {action}"

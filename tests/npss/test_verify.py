@@ -194,6 +194,8 @@ class TestHuman36M:
         assert verify(gt, "srnn-8", action="posing").undecided == (
             "no score of zero-velocity on 'posing' to compare with; known: walking, eating, smoking",
         )
+        with pytest.raises(ValueError, match=r"^past: expected exponential maps \(8, S, 99\), got shape \(8, 99\)"):
+            verify(gt, "srnn-8", past=gt[:, 0])
         (finding,) = verify(gt, "srnn-8").findings
         assert finding.endswith("srnn-8 has 1.1413 on walking, 0.8677 on eating, 0.9427 on smoking")
 

@@ -111,6 +111,8 @@ def test_compare_refuses(results, capsys, tmp_path):
         in run(capsys, "compare", folder / "a.npz", folder / "b", "--metric", "mse", "--convention", "paper")[2]
     )
     other = tmp_path / "c.npz"
+    np.savez(other, **dict(np.load(folder / "a.npz")))
+    assert "expected the results of two models, got 3: a, b, c" in run(capsys, "compare", folder, other)[2]
     np.savez(other, **{"run/gt": gt, "run/pred": preds["b"]})
     assert "only one of 'a' and 'c' has run, walk" in run(capsys, "compare", folder / "a.npz", other)[2]
     np.savez(other, **{"walk/gt": gt, "walk/pred": preds["b"]})
@@ -185,6 +187,35 @@ def test_leaderboard(results, capsys):
     for model, pred in preds.items():
         assert f"{model}      {npss.score(gt, pred):.3f}" in out
     assert "npss|version:1|convention:paper|representation:positions|frames:30|fps:30|protocol:mine|unwrap:off" in out
+
+
+def test_options_of_tables(results, capsys):
+    pytest.importorskip("pandas")
+    folder, *_ = results
+    text = run(capsys, "leaderboard", folder, "--columns", "NPSS released", "--wide")[1]
+    assert text.startswith("NPSS released (ranked by walk)")
+    assert "NPSS paper" not in text
+    options = ["--format", "latex", "--caption", "Mine.", "--label", "tab:mine"]
+    text = run(capsys, "leaderboard", folder, *options)[1]
+    assert "\\caption{Mine. walk" in text
+    assert "\\label{tab:mine}" in text
+    assert "--label: only with --format latex" in run(capsys, "leaderboard", folder, "--label", "x")[2]
+    assert "--wide: not with --format csv" in run(capsys, "leaderboard", folder, "--wide", "--format", "csv")[2]
+    text = run(capsys, "leaderboard", folder, "--edges-ms", "0", "500", "1000", "--columns", "NPSS literal")[1]
+    assert "NPSS literal 0-0.5 s" in text
+
+
+def test_a_protocol_may_be_stated_twice(results, capsys):
+    folder, *_ = results
+    assert run(capsys, "score", folder / "a.npz", "--protocol", "mine")[0] == 0
+
+
+def test_other_features_are_not_those_of_lafan1(tmp_path, capsys):
+    gt, noise = np.random.default_rng(1).normal(size=(2, 4, 30, 6)).cumsum(axis=2)
+    np.savez(tmp_path / "a.npz", gt=gt, pred=gt + noise, meta=json.dumps({"protocol": "lafan1", "fps": 30}))
+    (record,) = json.loads(run(capsys, "score", tmp_path / "a.npz", "--format", "json")[1])
+    assert record["verification"]["ok"] is False
+    assert "|verified:no" in record["signatures"]["released"]
 
 
 def test_report(results, capsys, tmp_path):

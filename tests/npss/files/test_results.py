@@ -11,6 +11,7 @@ import pytest
 import npss
 from npss.files._meta import Meta
 from npss.files._results import is_folder_of_results, read_results
+from npss.files._samples import read_poses
 
 PAGE = Path(__file__).parents[3] / "docs" / "write-results.md"
 META = {"representation": "positions", "fps": 30, "protocol": "mine", "unit": "cm", "parents": [-1, 0, 1, 2]}
@@ -165,6 +166,23 @@ def test_what_is_refused(tmp_path, arrays, meta, message):
     with pytest.raises((TypeError, ValueError), match=message) as caught:
         read_results(tmp_path / "a.npz")
     assert str(caught.value).startswith(str(tmp_path / "a.npz"))
+
+
+def test_other_paths_are_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"no \.npy files in it"):
+        read_results(tmp_path)
+    (tmp_path / "a.txt").write_text("", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"a\.txt: expected .* samples; otherwise give GT and PRED"):
+        read_poses(tmp_path / "a.txt")
+    gt, pred = walks(shape=(4, 12, 3, 3))
+    np.savez(tmp_path / "a.npz", gt=gt, pred=pred)
+    with pytest.raises(ValueError, match=r"a\.npz: all: gt: shape .* may be rotation matrices"):
+        read_results(tmp_path / "a.npz")
+    np.savez(tmp_path / "a.npz", gt=gt[0, :, 0], pred=pred[0, :, 0], samples=gt[0, :, 0])
+    with pytest.raises(ValueError, match=r"a\.npz: all: samples: expected shape \(S, N, T, \.\.\.\), got \(12, 3\)"):
+        read_results(tmp_path / "a.npz")
+    with pytest.raises(ValueError, match=r"^expected three features for each joint, got 4"):
+        Meta(representation="positions", unit="m").millimetres(np.zeros((1, 2, 4)))
 
 
 def test_meta_must_be_a_text_in_json(tmp_path):

@@ -459,3 +459,10 @@ def test_functions_of_this_library():
     for name in npss.CONVENTIONS:
         result = npss.identify(functools.partial(npss.score, convention=name))
         assert (result.convention, result.custom) == (name, npss.CONVENTIONS[name])
+
+
+def test_functions_without_a_signature_and_makers_of_something_else():
+    with pytest.raises((TypeError, ValueError)):
+        npss.identify(max)  # written in C: its parameters are unknown, and it takes no two motions
+    with pytest.raises(TypeError, match=r"^function: .* returns 3, which has no update and compute"):
+        npss.identify(lambda: 3)

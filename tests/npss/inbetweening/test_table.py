@@ -173,3 +173,11 @@ def test_standard_deviations_are_compared():
 def test_damaged_records_are_refused(metrics, message):
     with pytest.raises(ValueError, match=message):
         table([{**record(30), "metrics": metrics}])
+
+
+def test_what_is_no_record_is_refused():
+    with pytest.raises(TypeError, match=r"^records: expected dicts, got 3"):
+        table([3])
+    record = {"model": "m", "npss": {"released": 1.0}, "signatures": {"released": "npss|version:1|convention:released"}}
+    with pytest.raises(ValueError, match="its signature does not state frames"):
+        table([record])

@@ -172,3 +172,13 @@ def test_refuses(call, error, message):
 def test_a_protocol_can_be_copied_and_pickled():
     for protocol in (lafan1, replace(lafan1, name="mine", joints=31)):
         assert copy.deepcopy(protocol) == pickle.loads(pickle.dumps(protocol)) == protocol
+
+
+def test_what_is_no_motion_is_refused():
+    quaternions, root = np.ones((2, 3, 4)), np.zeros((2, 3))
+    with pytest.raises(ValueError, match=r"quaternions: expected shape \(\.\.\., T, J, 4\), got \(2, 3, 3\)"):
+        windows([Local(quaternions[..., :3], root)])
+    with pytest.raises(
+        ValueError, match=r"^clips: clip 0: expected quaternions of shape \(T, J, 4\), got \(1, 2, 3, 4\)"
+    ):
+        windows([Local(quaternions[np.newaxis], root[np.newaxis])])

@@ -90,3 +90,10 @@ def test_refused_positions():
         npss.height_weighted_foot_skating(np.ones((2, 1, 4, 3)), **OPTIONS)
     with pytest.raises(ValueError, match=r"^positions: shape \(2, 5, 3, 3\) may be"):
         npss.height_weighted_foot_skating(np.ones((2, 5, 3, 3)), **OPTIONS)
+
+
+def test_a_speed_beyond_float64_is_refused():
+    huge = np.zeros((1, 2, 1, 3))
+    huge[0, 1] = [1e308, 0, 1e308]
+    with pytest.raises(ValueError, match=r"^positions: their speed is beyond float64"):
+        npss.height_weighted_foot_skating(huge, fps=30, feet=[0], height=1.0, up="y")

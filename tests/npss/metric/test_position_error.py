@@ -263,3 +263,10 @@ def test_root_errors_of_positions():
     assert measured.value == pytest.approx(npss.root_error(gt, pred, at_ms=[80])[80], rel=1e-12)
     measured = metrics["trajectory_error"].measure(gt, pred, fps=25, at_ms=80)
     assert measured.value == pytest.approx(npss.trajectory_error(gt, pred, up="y", at_ms=[80])[80], rel=1e-12)
+
+
+def test_a_path_beyond_float64_is_refused():
+    gt = np.zeros((1, 3, 1, 3))
+    gt[0, :, 0, 0] = [0, 1e308, 1.5e308]
+    with pytest.raises(ValueError, match=r"^pred: the distance of its root from that of gt is beyond float64"):
+        npss.trajectory_error(gt, -gt, up="y", fps=25, at_ms=[80])
