@@ -90,10 +90,10 @@ def test_what_the_text_says_holds(results):
     assert all(score("gated-periodic", action, "released") < best[action] for action in actions)
     assert [score("periodic", action, "released") < best[action] for action in actions] == [True, True, False]
     assert score("zero-velocity", "smoking", "released") < best["smoking"]
-    trained = {name: score(name, "walking", "released") for name in ("vgru-d", "vgru-ac", "gru-d")}
-    for (name, ours), published_value in zip(trained.items(), (0.887, 1.032, 0.931), strict=True):
+    trained = {name: score(name, "walking", "released") for name in ("vgru-d", "vgru-ac", "gru-d", "vgru-r1")}
+    for (name, ours), published_value in zip(trained.items(), (0.887, 1.032, 0.931, 1.217), strict=True):
         assert abs(ours - published_value) < 0.085, name  # the smallest spread over seeds in docs/training.md
-        assert 0.3 < results.of("walking")[name].record["speed_ratio"] < 0.5
+        assert 0.33 < results.of("walking")[name].record["speed_ratio"] < 0.51
     assert trained["gru-d"] < trained["vgru-d"] < trained["vgru-ac"]
     assert score("gru-d", "walking", "paper") < 0.95 * score("vgru-d", "walking", "paper")
     ahead = {
