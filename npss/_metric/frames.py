@@ -1,8 +1,9 @@
-"""Convert times to frames: a time that is not a whole number of frames is an error, which names the nearest."""
+"""Convert times to frames: a time that is not a whole number of frames is an error, or left out."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from npss.validation import is_real
 
@@ -38,9 +39,7 @@ def whole_frames(name: str, time: float, fps: float, *, first: int = 0, last: in
         raise ValueError(f"{name}: a whole number beyond float64 is not a frame") from None
     if not math.isfinite(frames):
         raise ValueError(f"{name}: {time} ms at {fps:g} frames per second is not a frame")
-    nearest = round(frames)
-    # Decimal times are not exact in binary, so ignore a billionth of a frame.
-    whole = abs(frames - nearest) <= 1e-9 * max(1.0, abs(frames))
+    nearest, whole = round(frames), _is_whole(frames)
     if whole and first <= nearest <= last:
         return nearest
     candidates = {nearest} if whole else {math.floor(frames), math.ceil(frames)}
@@ -48,3 +47,20 @@ def whole_frames(name: str, time: float, fps: float, *, first: int = 0, last: in
     nearby = " and ".join(f"{count * 1000 / fps:.10g}" for count in allowed)
     reason = "is out of range" if whole else "is not a whole number of frames"
     raise ValueError(f"{name}: {time:.12g} ms {reason} at {fps:g} frames per second; nearest: {nearby} ms")
+
+
+def whole_times(times: Iterable[int], fps: float, n_frames: int) -> list[int]:
+    """Return the times in milliseconds that are whole frames, up to a number of frames.
+
+    Examples
+    --------
+    >>> whole_times((80, 400, 1000, 2000), fps=30, n_frames=45)
+    [400, 1000]
+    """
+    frames = {time: time * fps / 1000 for time in times}
+    return [time for time, frame in frames.items() if _is_whole(frame) and round(frame) <= n_frames]
+
+
+def _is_whole(frames: float) -> bool:
+    """Return whether a number of frames is whole: decimal times are not exact in binary, so but for a billionth."""
+    return abs(frames - round(frames)) <= 1e-9 * max(1.0, abs(frames))

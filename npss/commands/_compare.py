@@ -13,7 +13,7 @@ from npss._metric.registry import METRICS, NPSS
 from npss.commands._leaderboard import add_groups, add_protocol, context_of, groups_of
 from npss.files._formats import listed
 from npss.files._samples import add_max_size, features_of
-from npss.ranking._submissions import described, known_blocks, millimetres, naming, read_submissions, verified
+from npss.ranking._submissions import blocks_of, described, millimetres, naming, read_submissions, verified
 
 _LEVEL = 0.95  # of intervals
 
@@ -76,9 +76,6 @@ def run(options: argparse.Namespace) -> None:
         pred_b = features_of(b[condition])[1]
         if METRICS[options.metric].takes == "positions" and pair.meta is not None:
             (gt, pred_a), pred_b = millimetres(pair, options.metric), millimetres(b[condition], options.metric)[1]
-        blocks = groups[condition] if groups else pair.groups
-        if blocks is None:
-            blocks = known_blocks(stated.get("protocol"), condition, gt.shape)
         for convention in conventions if options.metric == NPSS.name else (None,):
             chosen: dict[str, Any] = {} if convention is None else {"convention": convention}
             with naming(f"{name_a} and {name_b}", condition):
@@ -89,7 +86,7 @@ def run(options: argparse.Namespace) -> None:
                     metric=options.metric,
                     fps=fps,
                     at_ms=options.at_ms,
-                    groups=blocks,
+                    groups=blocks_of(pair, condition, groups, stated),
                     **chosen,
                     **stated,
                 )

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from npss._analysis.diagnose import diagnose
 from npss._analysis.report import Report, report
 from npss._metric.euler_error import moving_pair
+from npss._metric.frames import whole_times
 from npss._metric.registry import EULER_ERROR, NPSS
 from npss._metric.signature import parse_signature
 from npss._pages.report import Figure, report_page
@@ -163,8 +164,7 @@ class _Action:
     def _draw(self) -> Iterator[Figure]:
         from npss import plot  # imported here: matplotlib is slow to import
 
-        frames = [(time, time * self.fps / 1000) for time in _STRIP_MS]
-        times = [time for time, frame in frames if frame <= self._gt.shape[1] and frame.is_integer()]
+        times = whole_times(_STRIP_MS, self.fps, self._gt.shape[1])
         if times and self.clips:
             first = {label: positions[0] for label, positions in self.clips.items()}
             strip = plot.film_strip(first, fps=self.fps, at_ms=times, skeleton=self.skeleton)

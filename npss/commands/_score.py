@@ -16,7 +16,7 @@ from npss._metric.convention import CONVENTIONS, ConventionName
 from npss._metric.euler_error import euler_error_curve
 from npss._metric.fields import FIELDS, Value
 from npss._metric.metric import Metric
-from npss._metric.registry import EULER_ERROR, METRICS, NPSS, metric_called
+from npss._metric.registry import EULER_ERROR, METRICS, NPSS
 from npss._metric.signature import parse_signature
 from npss.commands._metrics import add_metrics
 from npss.console._tables import markdown_code, markdown_text, table
@@ -25,7 +25,7 @@ from npss.files._formats import listed
 from npss.files._results import read_results
 from npss.files._samples import Pair, add_max_size, converted, read_pair
 from npss.protocol import FPS, VERIFIED
-from npss.ranking._submissions import described, positions_for, verified, whole_times
+from npss.ranking._submissions import described, positions_for, times_of, verified
 from npss.records import Record, measure, signature_of
 from npss.rotations._unwrap import unwrap
 from npss.stochastic._score import Reduction
@@ -208,9 +208,8 @@ def _record(
 ) -> Record:
     n_frames = pair.gt.shape[-2 if pair.gt.ndim == 2 else 1] if pair.gt.ndim > 1 else 0
     times, protocol = options.at_ms, context.get("protocol")
-    timed = pair.meta is not None and any(metric_called(name, "metrics").has_times for name in options.metrics)
-    if (samples or timed) and not times and fps is not None:
-        times = whole_times(fps, n_frames)
+    if not times and (samples or pair.meta is not None):
+        times = times_of(is_euler=samples, metrics=options.metrics, fps=fps, n_frames=n_frames)
     try:
         verification = verified(pair, poses, protocol, fps)
         record = measure(

@@ -114,15 +114,14 @@ class Meta:
             If the features are not three for each joint.
         """
         assert self.parents is not None
-        assert self.unit is not None
         joints = len(self.parents)
         if motion.shape[2] != 3 * joints:
             raise ValueError(f"parents: of {joints} joints, but there are {motion.shape[2]} features, not {3 * joints}")
-        places = motion.reshape(*motion.shape[:2], joints, 3) * _MILLIMETRES[self.unit]
         # A cyclic change of axes is a rotation: it keeps left and right.
-        places = np.roll(places, {"x": 1, "y": 0, "z": -1}[self.up or "y"], axis=-1)
+        places: Array = np.roll(self.millimetres(motion), {"x": 1, "y": 0, "z": -1}[self.up or "y"], axis=-1)
         start = places[:, :1, [self.parents.index(-1)]]
-        return places - start * [1, 0, 1]
+        moved: Array = places - start * [1, 0, 1]
+        return moved
 
     def millimetres(self, motion: Array) -> Array:
         """Return positions (N, T, J, 3) in millimetres, as they are otherwise.

@@ -17,12 +17,13 @@ from pathlib import Path
 
 import numpy as np
 
+from npss._metric.sequences import rows_by_length
 from npss.files._arrays import MAX_SIZE, Arrays, naming_file, read_arrays
 from npss.files._formats import listed, open_arrays, read_array, suffixes
 from npss.files._meta import Meta
 from npss.files._samples import Pair, read_poses
 from npss.files._text import read_text
-from npss.validation import Array, check_finite, motion_shape, real_array
+from npss.validation import Array, check_finite, flattened, motion_shape, motion_with_joints, real_array
 
 #: The name of a condition whose arrays have none.
 ALL = "all"
@@ -146,12 +147,6 @@ def _pairs(arrays: Mapping[str, Array], text: str | None) -> list[Pair]:
     return [pair for name, found in conditions.items() for pair in _of_condition(name, found, meta)]
 
 
-def _flat(kind: str, motion: Array, representation: str | None) -> Array:
-    """Return motion, flattened joint by joint; what lies beyond a length need not be finite."""
-    array = real_array(kind, motion)
-    return array.reshape(motion_shape(kind, array.shape, representation))
-
-
 def _flat_samples(samples: Array, representation: str | None) -> Array:
     """Return samples ``(S, ...)``, each flattened joint by joint."""
     array = real_array("samples", samples)
@@ -165,7 +160,8 @@ def _of_condition(name: str, found: Mapping[str, Array], meta: Meta) -> list[Pai
     if missing := [kind for kind in ("gt", "pred") if kind not in found]:
         raise ValueError(f"{name}: no array {missing[0]}")
     try:
-        gt, pred = (_flat(kind, found[kind], meta.representation) for kind in ("gt", "pred"))
+        # What lies beyond a length need not be finite.
+        gt, pred = (flattened(motion_with_joints(kind, found[kind], meta.representation)) for kind in ("gt", "pred"))
         samples = None if "samples" not in found else _flat_samples(found["samples"], meta.representation)
     except (TypeError, ValueError) as error:
         raise type(error)(f"{name}: {error}") from error
@@ -185,10 +181,11 @@ def _of_condition(name: str, found: Mapping[str, Array], meta: Meta) -> list[Pai
     if (longest := max(lengths)) > gt.shape[1]:
         raise ValueError(f"meta: lengths: {name}: {longest} frames, but the arrays have {gt.shape[1]}")
     pairs = []
-    for length in sorted(set(lengths)):
-        chosen = [i for i, one in enumerate(lengths) if one == length]
+    of_lengths = rows_by_length(lengths)
+    for rows in of_lengths:
+        chosen, length = list(rows), lengths[rows[0]]
         cut_gt, cut_pred = gt[chosen, :length], pred[chosen, :length]
-        label = name if len(set(lengths)) == 1 else f"{name}, {length} frames"
+        label = name if len(of_lengths) == 1 else f"{name}, {length} frames"
         check_finite(f"{label}: gt", cut_gt)
         check_finite(f"{label}: pred", cut_pred)
         drawn = None if samples is None else samples[:, chosen, :length]

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from npss._analysis.blocks import Groups
+from npss._metric.frames import whole_times
 from npss._metric.registry import metric_called
 from npss.console._progress import Progress
 from npss.files._arrays import MAX_SIZE
@@ -233,31 +234,32 @@ def records_of(
     with Progress("scoring") as progress:
         for done, (model, action, pair) in enumerate(pairs, 1):
             with naming(model, action):
-                blocks = groups[action] if groups else pair.groups
-                measured = _measure(pair, action, blocks, context, metrics=metrics, edges_ms=edges_ms)
+                measured = _measure(pair, action, groups, context, metrics=metrics, edges_ms=edges_ms)
             records.append({"model": model, "action": action, **measured})
             progress(done / len(pairs))
     return records
 
 
-def _measure(pair: Pair, action: str, groups: Groups, context: Mapping[str, Any], **options: Any) -> Record:
+def _measure(
+    pair: Pair, action: str, groups: Mapping[str, Groups] | None, context: Mapping[str, Any], **options: Any
+) -> Record:
     """Measure a pair and its single sequences."""
     n_frames = pair.gt.shape[1]
     fps, stated = described(pair, context)
     is_euler = stated.get("representation") == "euler"
-    timed = is_euler or any(metric_called(name, "metrics").has_times for name in options.get("metrics", ()))
+    metrics = options.get("metrics", ())
     gt, pred = features_of(pair)
     verification = None if pair.meta is None else verified(pair, None, stated.get("protocol"), fps)
     return measure(
         gt,
         pred,
         fps=fps,
-        at_ms=whole_times(fps, n_frames) if timed and fps is not None else (),
+        at_ms=times_of(is_euler=is_euler, metrics=metrics, fps=fps, n_frames=n_frames),
         angles=is_euler,
         poses=(pair.gt, pair.pred) if pair.meta is None else None,
-        positions=positions_for(pair, options.get("metrics", ())),
+        positions=positions_for(pair, metrics),
         sequences=True,
-        groups=known_blocks(stated.get("protocol"), action, pair.gt.shape) if groups is None else groups,
+        groups=blocks_of(pair, action, groups, stated),
         frames=n_frames,
         **options,
         **stated,
@@ -265,10 +267,17 @@ def _measure(pair: Pair, action: str, groups: Groups, context: Mapping[str, Any]
     )
 
 
-def whole_times(fps: float, n_frames: int) -> list[int]:
-    """Return the times of published tables that are whole frames, up to a number of frames."""
-    frames = {time: time * fps / 1000 for time in SLICES_MS}
-    return [time for time, frame in frames.items() if frame <= n_frames and frame.is_integer()]
+def times_of(*, is_euler: bool, metrics: Sequence[str], fps: float | None, n_frames: int) -> list[int]:
+    """Return the times of published tables that are frames, if the Euler error or one of the metrics needs times."""
+    if fps is None or not (is_euler or any(metric_called(name, "metrics").has_times for name in metrics)):
+        return []
+    return whole_times(SLICES_MS, fps, n_frames)
+
+
+def blocks_of(pair: Pair, action: str, groups: Mapping[str, Groups] | None, stated: Mapping[str, Any]) -> Groups:
+    """Return the blocks of the sequences of a pair: as given, as its file states them, or as its protocol has them."""
+    own = groups[action] if groups else pair.groups
+    return known_blocks(stated.get("protocol"), action, pair.gt.shape) if own is None else own
 
 
 def positions_for(pair: Pair, metrics: Sequence[str]) -> tuple[Array, Array] | None:
