@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.applications.interpolate import blend, interpolate
-from npss_baselines.manifold.applications.restore import RESTORATIONS, Windows, corrupted, keep_known, linear, rescaled
+from npss_baselines.manifold.applications.restore import RESTORATIONS, Windows, corrupted, keep_known, rescaled
 from npss_baselines.manifold.applications.sample import filter_motion, sample_codes
+from npss_baselines.manifold.applications.simple import interpolated
 from npss_baselines.manifold.model.pca import fit_pca
 from npss_baselines.manifold.motion.scaling import Scaling
 
@@ -82,7 +83,7 @@ class TestLinear:
     def test_by_hand(self, seed):
         rng = np.random.default_rng(seed)
         features, known = rng.normal(size=(2, 9, 3)), rng.random((2, 9, 3)) < 0.5
-        filled = linear(Corrupted(features, known))
+        filled = interpolated(Corrupted(features, known))
         for i, t, f in np.ndindex(2, 9, 3):
             at = [s for s in range(9) if known[i, s, f]]
             before, after = [s for s in at if s <= t], [s for s in at if s >= t]
@@ -98,7 +99,7 @@ class TestLinear:
     def test_straight_lines_are_restored_from_keys(self):
         line = np.arange(31.0).reshape(1, 31, 1) * np.arange(1, 4)
         left = corrupted("inbetween", Windows(line, np.ones((1, 31), bool)), np.zeros(3))
-        assert linear(left) == pytest.approx(line)
+        assert interpolated(left) == pytest.approx(line)
 
 
 class TestRescaled:

@@ -93,20 +93,6 @@ def corrupted(
     return Corrupted(_padded(left.features, windows.mask), _padded(left.known, windows.mask))
 
 
-def linear(left: Corrupted) -> Float64:
-    """Interpolate each feature linearly in time between known values, ``(n, T, F)``.
-
-    Before the first and after the last known value, that value is held. A feature without known values does not change.
-    This baseline is an oracle that knows the mask; the manifold does not.
-    """
-    filled = left.features.copy()
-    frames = np.arange(filled.shape[1])
-    for window, feature in np.argwhere(left.known.any(axis=1) & ~left.known.all(axis=1)):
-        known = left.known[window, :, feature]
-        filled[window, ~known, feature] = np.interp(frames[~known], frames[known], filled[window, known, feature])
-    return filled
-
-
 def rescaled(left: Corrupted, mean: npt.ArrayLike) -> Float64:
     """Divide deviations from the mean, ``(n, T, F)``, by the share of known values.
 

@@ -22,6 +22,7 @@ def interpolated(left: Corrupted, way: Way = "linear") -> Float64:
     """Interpolate each feature in time between known values.
 
     Before the first and after the last known value, that value is held. A feature without known values does not change.
+    These baselines are oracles that know the mask; the manifold does not.
 
     Parameters
     ----------

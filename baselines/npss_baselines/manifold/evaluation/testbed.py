@@ -14,6 +14,7 @@ from npss_baselines.manifold.applications import restore
 from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.applications.method import Method
 from npss_baselines.manifold.applications.restore import LOST_AT_RANDOM, Windows
+from npss_baselines.manifold.applications.simple import interpolated
 from npss_baselines.manifold.evaluation.pca_size import ALL, Restoration, best_sizes, truncated
 from npss_baselines.manifold.model.pca import PCA, fit_pca
 from npss_baselines.manifold.model.projector import Manifold, Projector
@@ -107,7 +108,7 @@ class Testbed:
         motions: dict[Method, Array] = {Method("input"): left.features}
         lost = ~left.known
         if (lost.any(axis=1) & ~lost.all(axis=1)).any():  # there are values to interpolate between
-            motions[Method("linear")] = restore.linear(left)
+            motions[Method("linear")] = interpolated(left)
         projected: dict[str, Array] = {}
         for name, projector in self.projectors(Restoration(application)).items():
             same = name == "pca-best" and projector is self.pca

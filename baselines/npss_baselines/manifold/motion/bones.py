@@ -70,8 +70,7 @@ def normalise_lengths(
                 f"positions: {skeleton.names[j]} coincides with its parent {skeleton.names[skeleton.parents[j]]} "
                 f"at frame {first_frame(lengths[..., j] == 0)}, so the bone has no direction"
             )
-    target_leg = np.mean([target_lengths[chain].sum() for chain in chains])
-    leg = np.mean([lengths[..., chain].sum(axis=-1).mean() for chain in chains])
+    target_leg, leg = _leg(target_lengths, chains), _leg(lengths, chains)
     if not target_leg > 0:
         raise ValueError("legs: the skeleton's legs have no length")
     bones[..., skeleton._order[0], :] *= target_leg / leg
@@ -80,6 +79,15 @@ def normalise_lengths(
     for j, parent in zip(joints, parents, strict=True):
         bones[..., j, :] += bones[..., parent, :]
     return bones
+
+
+def leg_length(lengths: Float64, skeleton: Skeleton) -> float:
+    """Return the length of a leg of `LEGS`, averaged over legs and frames, from the lengths of bones ``(..., J)``."""
+    return _leg(lengths, [_chain(skeleton, *pair) for pair in LEGS])
+
+
+def _leg(lengths: Float64, chains: Sequence[list[int]]) -> float:
+    return float(np.mean([lengths[..., chain].sum(axis=-1).mean() for chain in chains]))
 
 
 def _chain(skeleton: Skeleton, first: str, last: str) -> list[int]:

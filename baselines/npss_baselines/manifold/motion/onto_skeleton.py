@@ -108,7 +108,7 @@ def _turn(now: Float64, wanted: Float64) -> Float64:
     W. Kabsch, "A Solution for the Best Rotation to Relate Two Sets of Vectors", Acta Crystallographica A32, 1976.
     """
     if now.shape[1] == 1:
-        return _smallest(_unit(now[:, 0]), _unit(wanted[:, 0]))
+        return _smallest(unit(now[:, 0]), unit(wanted[:, 0]))
     u, _, vt = np.linalg.svd(np.einsum("tci,tcj->tij", now, wanted))
     sign = np.linalg.det(u @ vt)
     u[..., -1] *= sign[:, np.newaxis]
@@ -128,12 +128,13 @@ def _smallest(first: Float64, second: Float64) -> Float64:
     if opposite.any():  # any half turn about a perpendicular axis
         one = first[opposite]
         other = np.cross(one, np.eye(3)[np.abs(one).argmin(axis=-1)])
-        other = _unit(other)
+        other = unit(other)
         turn[opposite] = 2 * other[:, :, np.newaxis] * other[:, np.newaxis, :] - np.eye(3)
     return turn
 
 
-def _unit(vectors: Float64) -> Float64:
+def unit(vectors: Float64) -> Float64:
+    """Return vectors ``(..., 3)`` of length 1; those without a length stay as they are."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    unit: Float64 = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
-    return unit
+    of_length_1: Float64 = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+    return of_length_1

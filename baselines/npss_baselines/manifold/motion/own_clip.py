@@ -12,10 +12,10 @@ from npss.validation import Float64
 from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.mapping import JointMapping
 from npss_baselines.data.motion import JOINTS, NAMES
-from npss_baselines.manifold.motion.bones import LEGS, normalise_lengths
+from npss_baselines.manifold.motion.bones import leg_length, normalise_lengths
 from npss_baselines.manifold.motion.features import FPS, to_features, to_positions
 from npss_baselines.manifold.motion.ground import on_ground
-from npss_baselines.manifold.motion.onto_skeleton import Fitted, onto_skeleton
+from npss_baselines.manifold.motion.onto_skeleton import Fitted, onto_skeleton, unit
 from npss_baselines.manifold.motion.resample import resample
 
 
@@ -84,7 +84,7 @@ class OwnClip:
             The clip on its own skeleton, and how far its joints are from what the features ask for.
         """
         before, after = self._in_world(self.features), self._in_world(np.asarray(features, np.float64))
-        turns = _directions(after) - _directions(before)
+        turns = unit(_bones(after)) - unit(_bones(before))
         moves = (after[:, 0] - before[:, 0]) * self._body_height()
         changes = np.concatenate([turns, moves[:, np.newaxis]], axis=1)  # (T', 21, 3)
         at_rate = resample(changes, FPS, self.motion.fps)
@@ -92,13 +92,9 @@ class OwnClip:
         turns, moves = at_rate[frames, :-1], at_rate[frames, -1]
         targets = self.common.copy()
         targets[:, 0] += moves
-        lengths = np.linalg.norm(self.common - self.common[:, _PARENTS], axis=-1, keepdims=True)
-        now = _directions(self.common)
+        towards = unit(_bones(self.common)) + turns  # only the direction counts
         for joint in JOINTS._order[1:]:
-            towards = now[:, joint] + turns[:, joint]
-            size = np.linalg.norm(towards, axis=-1, keepdims=True)
-            towards = np.divide(towards, size, out=now[:, joint].copy(), where=size > 0)
-            targets[:, joint] = targets[:, JOINTS.parents[joint]] + lengths[:, joint] * towards
+            targets[:, joint] = targets[:, JOINTS.parents[joint]] + towards[:, joint]
         return onto_skeleton(targets, self.motion, self.mapping)
 
     def _in_world(self, features: Float64) -> Float64:
@@ -112,13 +108,9 @@ class OwnClip:
         return turned
 
     def _body_height(self) -> float:
-        """Return the unit of features in the unit of the file: by the length of the legs, as when they were made."""
-        legs = []
-        for positions in (self.common, to_positions(self.features)):
-            chains = [_chain(first, last) for first, last in LEGS]
-            bones = np.linalg.norm(positions - positions[:, _PARENTS], axis=-1)
-            legs.append(float(np.mean([bones[:, chain].sum(axis=-1).mean() for chain in chains])))
-        return legs[0] / legs[1]
+        """Return the unit of features in the unit of the file, by the length of the legs."""
+        own, common = (np.linalg.norm(bones, axis=-1) for bones in (_bones(self.common), JOINTS.offsets))
+        return leg_length(own, JOINTS) / leg_length(common, JOINTS)
 
 
 _PARENTS = [max(parent, 0) for parent in JOINTS.parents]
@@ -144,18 +136,6 @@ def prepare_clip(motion: Bvh, mapping: JointMapping) -> OwnClip:
     return OwnClip(motion, mapping, common, to_features(on_ground(positions), JOINTS))
 
 
-def _directions(positions: Float64) -> Float64:
-    """Return the unit vector of each bone, ``(T, 20, 3)``; zero for the root."""
-    bones = positions - positions[:, _PARENTS]
-    length = np.linalg.norm(bones, axis=-1, keepdims=True)
-    directions: Float64 = np.divide(bones, length, out=np.zeros_like(bones), where=length > 0)
-    return directions
-
-
-def _chain(first: str, last: str) -> list[int]:
-    """Return the joints from below `first` to `last`."""
-    joint, chain = NAMES.index(last), []
-    while NAMES[joint] != first:
-        chain.append(joint)
-        joint = JOINTS.parents[joint]
-    return chain
+def _bones(positions: Float64) -> Float64:
+    """Return the vector from each joint's parent to it, ``(T, 20, 3)``; zero for the root."""
+    return positions - positions[:, _PARENTS]
