@@ -1,11 +1,40 @@
-"""The install hints for optional packages, in one wording for all messages."""
+"""The optional packages: what each is for, and the install hints in one wording for all messages."""
 
 from __future__ import annotations
 
-__all__ = ["install_hint"]
+from typing import NamedTuple
+
+__all__ = ["EXTRAS", "Extra", "install_hint"]
 
 #: Anybody may register the names on an index before this project does, so hints install from the project's folder.
 HINT = "in the project's folder: pip install {}"
+
+
+class Extra(NamedTuple):
+    """What an extra of ``npss-metric`` brings.
+
+    Attributes
+    ----------
+    package : str
+        The name of the package.
+    purpose : str
+        What it is for.
+    """
+
+    package: str
+    purpose: str
+
+
+#: The extras of ``npss-metric``, except for those that only collect others.
+EXTRAS = {
+    "h5": Extra("h5py", ".h5 files"),
+    "pandas": Extra("pandas", "leaderboards as tables"),
+    "plot": Extra("matplotlib", "pictures and reports"),
+    "study": Extra("scipy", "exact tests of user studies"),
+    "torch": Extra("torch", "NPSS of tensors and as a loss"),
+    "torchmetrics": Extra("torchmetrics", "NPSS in training loops"),
+    "completion": Extra("shtab", "completion of commands in a shell"),
+}
 
 
 def install_hint(extras: str, *, baselines: bool = False) -> str:

@@ -4,7 +4,8 @@ import os
 import sys
 from collections.abc import Sequence
 
-from npss.console import run
+import npss
+from npss.console import add_completion, run, versions
 from npss_baselines.commands import (
     evaluate,
     lafan1,
@@ -30,9 +31,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> CommandParser:
     parser = CommandParser(prog="npss-baselines", description="Train and score reference models of human motion.")
+    version = versions("npss-baselines", npss.__version__, "torch", "lightning")
+    parser.add_argument("--version", action="version", version=version)
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in (evaluate, leaderboard, sensitivity, params, train, predict, manifold, reproduce, lafan1):
         command.add_parser(commands)
+    add_completion(parser, commands)
     return parser
 
 

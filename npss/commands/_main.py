@@ -5,8 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import npss
-from npss.commands import _compare, _demo, _diagnose, _explain, _identify, _leaderboard, _report, _score, _study
-from npss.console import Parser, run
+from npss.commands import (
+    _compare,
+    _demo,
+    _diagnose,
+    _doctor,
+    _explain,
+    _identify,
+    _leaderboard,
+    _report,
+    _score,
+    _study,
+)
+from npss.console import Parser, add_completion, run, versions
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -29,8 +40,9 @@ def _parser() -> Parser:
     parser = Parser(
         prog="npss", description="Score and compare human motion prediction by NPSS: one meaning per number."
     )
-    parser.add_argument("--version", action="version", version=f"npss {npss.__version__}")
+    parser.add_argument("--version", action="version", version=versions("npss", npss.__version__, "numpy"))
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (_score, _compare, _diagnose, _leaderboard, _report, _study, _explain, _identify, _demo):
+    for command in (_score, _compare, _diagnose, _leaderboard, _report, _study, _explain, _identify, _demo, _doctor):
         command.add_parser(commands)
+    add_completion(parser, commands)
     return parser

@@ -11,12 +11,12 @@ from collections.abc import Callable, Sequence
 
 from npss.console._encoding import allow_any_text, discard_output, warnings_in_one_line
 from npss.console._parser import split_plugins
-from npss.extras import install_hint
+from npss.extras import EXTRAS, install_hint
 from npss.plugins import load, load_installed, raised_by
 
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 #: Optional packages: the extra of ``npss-metric`` that brings each, and those that ``npss-baselines`` brings.
-_EXTRAS = {"matplotlib": "plot", "pandas": "pandas", "scipy": "study"}
+_EXTRAS = {extra.package: name for name, extra in EXTRAS.items()}
 _OF_BASELINES = ("filelock", "jsonargparse", "lightning", "safetensors", "torch")
 
 

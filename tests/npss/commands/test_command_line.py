@@ -2,6 +2,7 @@
 
 import json
 import os
+import platform
 import runpy
 import subprocess
 import sys
@@ -310,7 +311,11 @@ def test_demo(capsys):
 
 
 def test_version_and_help(capsys):
-    assert run(capsys, "--version")[:2] == (0, f"npss {npss.__version__}\n")
+    status, out, _ = run(capsys, "--version")
+    assert (status, out) == (
+        0,
+        f"npss {npss.__version__} (numpy {np.__version__}, Python {platform.python_version()})\n",
+    )
     status, out, _ = run(capsys, "score", "--help")
     assert status == 0
     assert "two .npy files" in out

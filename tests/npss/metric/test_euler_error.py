@@ -12,6 +12,7 @@ import npss
 import oracles
 from npss._metric import euler_error as _euler_error
 from npss._metric.euler_error import moving_pair
+from npss._metric.golden import GOLDEN, golden_pair
 from strategies import pairs
 
 pytestmark = pytest.mark.numeric
@@ -202,36 +203,23 @@ def test_signature_of_still_sequences():
         npss.signature(None, metric="euler_error", still="none")
 
 
-# Means of norms of `golden_pair`, computed once with tests/helpers/oracles.py.
-GOLDEN = {
-    "euler_error|version:1|frames:12|fps:25|average:at|columns:gt": {80: 6.75, 480: 8.340353225079447},
-    "euler_error|version:1|frames:12|fps:25|average:at|columns:pred": {80: 5.25, 480: 9.824578945360631},
-    "euler_error|version:1|frames:12|fps:25|average:at|columns:all": {80: 6.8717082451262845, 480: 10.63201574054866},
-    "euler_error|version:1|frames:12|fps:25|average:up-to|columns:gt": {80: 7.5, 480: 5.3704829763468505},
-    "euler_error|version:1|frames:12|fps:25|average:up-to|columns:pred": {80: 6.0, 480: 5.6208893596223675},
-    "euler_error|version:1|frames:12|fps:25|average:up-to|columns:all": {80: 7.696234869262463, 480: 6.283508231380057},
+# Means of norms of `golden_pair` at 80 ms, computed once with tests/helpers/oracles.py.
+AT_80_MS = {
+    ("at", "gt"): 6.75,
+    ("at", "pred"): 5.25,
+    ("at", "all"): 6.8717082451262845,
+    ("up-to", "gt"): 7.5,
+    ("up-to", "pred"): 6.0,
+    ("up-to", "all"): 7.696234869262463,
 }
 
 
-def golden_pair():
-    """Two sequences of three features; one feature of the ground truth and one of the prediction is still."""
-    t = np.arange(12)[:, np.newaxis]
-    gt = np.hstack([1 + t % 4, (t * t) % 7, t - 5.5])
-    pred = np.hstack([1 + t % 3, (t * t) % 5, 5.5 - t])
-    gt, pred = np.stack([gt, gt]), np.stack([pred, pred[:, ::-1]])
-    gt[1, :, 0], pred[1, :, 2] = 3, 0
-    return gt, pred
-
-
-@pytest.mark.parametrize("signature", GOLDEN)
-def test_golden_values(signature):
+@pytest.mark.parametrize(("average", "columns"), AT_80_MS)
+def test_golden_values(average, columns):
     gt, pred = golden_pair()
-    values = npss.parse_signature(signature)
-    average, columns = values["average"], values["columns"]
-    context = {"frames": gt.shape[1], "fps": 25, "average": average, "columns": columns}
-    assert npss.signature(None, metric="euler_error", **context) == signature
+    signature = npss.signature(None, metric="euler_error", frames=12, fps=25, average=average, columns=columns)
     errors = npss.euler_error(gt, pred, fps=25, at_ms=(80, 480), columns=columns, average=average)
-    assert errors == pytest.approx(GOLDEN[signature], rel=1e-14)
+    assert errors == pytest.approx({80: AT_80_MS[average, columns], 480: GOLDEN[signature]}, rel=1e-14)
     curve = oracles.euler_curve(gt, pred, columns)
     expected = {80: curve[1], 480: curve[11]} if average == "at" else {80: sum(curve[:2]) / 2, 480: sum(curve) / 12}
     assert errors == pytest.approx(expected, rel=1e-13)

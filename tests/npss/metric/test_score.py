@@ -6,6 +6,7 @@ from hypothesis import given
 
 import npss
 import oracles
+from npss._metric.golden import GOLDEN, golden_pair
 from strategies import pairs
 
 pytestmark = pytest.mark.numeric
@@ -60,57 +61,23 @@ def test_a_prediction_of_zeros():
     assert npss.score(gt, zeros, convention="released") == pytest.approx(8 / 2 * (1 + 2 / 3))
 
 
-# Signature -> score of `golden_pair`. A change here is a change of the metric's version.
-GOLDEN = {
-    "npss|version:1|convention:paper|frames:12": 0.24225672877846768,
-    "npss|version:1|convention:released|frames:12": 0.13955109642887997,
-    "npss|version:1|convention:literal|frames:12": 0.25217421654704647,
-}
-
-
-def golden_pair():
-    t = np.arange(12)[:, np.newaxis]
-    gt = np.hstack([1 + t % 4, (t * t) % 7, t - 5.5])[np.newaxis]
-    pred = np.hstack([1 + t % 3, (t * t) % 5, 5.5 - t])[np.newaxis]
-    return gt, pred
-
-
-@pytest.mark.parametrize("signature", GOLDEN)
-def test_golden_values(signature):
-    gt, pred = golden_pair()
-    values = npss.parse_signature(signature)
-    assert npss.signature(values["convention"], frames=gt.shape[1]) == signature
-    score = npss.score(gt, pred, convention=values["convention"])
-    assert score == pytest.approx(GOLDEN[signature], rel=1e-13)
-    assert score == pytest.approx(oracles.npss(gt, pred, values["convention"]), rel=1e-12)
-
-
-# Scores of `golden_pair` and of variants with another prediction, a constant ground truth and a prediction of zeros, on
-# frames 0 to 2, 3 to 5 and 6 to 11; computed once with tests/helpers/oracles.py.
-GOLDEN_WINDOWS = {
-    "npss|version:1|convention:paper|frames:12|fps:3|window:0-1": 0.02140068156302469,
-    "npss|version:1|convention:paper|frames:12|fps:3|window:1-2": 0.3829341428201235,
-    "npss|version:1|convention:paper|frames:12|fps:3|window:2-4": 0.3612245210929423,
-    "npss|version:1|convention:released|frames:12|fps:3|window:0-1": 0.9761889663918832,
-    "npss|version:1|convention:released|frames:12|fps:3|window:1-2": 0.5867003367003366,
-    "npss|version:1|convention:released|frames:12|fps:3|window:2-4": 1.4413176406132293,
-    "npss|version:1|convention:literal|frames:12|fps:3|window:0-1": 0.021248339973439556,
-    "npss|version:1|convention:literal|frames:12|fps:3|window:1-2": 0.4446311858076563,
-    "npss|version:1|convention:literal|frames:12|fps:3|window:2-4": 0.2752358752358752,
-}
+@pytest.mark.parametrize("name", NAMES)
+def test_golden_values(name):
+    gt, pred = (motion[:1] for motion in golden_pair())
+    score = npss.score(gt, pred, convention=name)
+    assert score == pytest.approx(GOLDEN[npss.signature(name, frames=12)], rel=1e-13)
+    assert score == pytest.approx(oracles.npss(gt, pred, name), rel=1e-12)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_golden_values_of_windows(name):
     gt, pred = golden_pair()
-    gt, pred = np.concatenate([gt, gt]), np.concatenate([pred, pred[..., ::-1]])
-    gt[1, :, 0], pred[1, :, 2] = 3, 0
     frames = {"0-1": slice(0, 3), "1-2": slice(3, 6), "2-4": slice(6, 12)}
     scores = npss.score_windows(gt, pred, fps=3, convention=name)
     assert list(scores) == list(frames)
     for window, score in scores.items():
         signature = npss.signature(name, frames=12, fps=3, window=window)
-        assert score == pytest.approx(GOLDEN_WINDOWS[signature], rel=1e-13)
+        assert score == pytest.approx(GOLDEN[signature], rel=1e-13)
         part = frames[window]
         assert score == pytest.approx(oracles.npss(gt[:, part], pred[:, part], name), rel=1e-12)
 
