@@ -1,17 +1,25 @@
 """Sphinx configuration."""
 
+import sys
+from pathlib import Path
+
 import npss
+
+sys.path.append(str(Path(__file__).parent))  # its own extensions
 
 project = "npss"
 author = "The npss developers"
 copyright = "2026, The npss developers"
 release = npss.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
-myst_enable_extensions = ["dollarmath"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_design", "mathml"]
+html_math_renderer = "mathml"
+myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "_drawn"]
 html_theme = "furo"
+html_static_path = ["style.css"]
+html_css_files = ["style.css"]
 html_title = f"npss {release}"
 
 autodoc_typehints = "none"  # the docstrings say shapes, which types cannot
@@ -23,3 +31,16 @@ napoleon_preprocess_types = False
 nitpicky = True
 # Type slots hold shapes, "(N, T, D) array_like", which are no classes: only this library's names must resolve.
 nitpick_ignore_regex = [("py:class", r"(?!npss\.).*"), ("py:obj", r"(?!npss\.).*")]
+
+
+def setup(app):
+    """Draw the pictures of generated motion that pages show."""
+    app.connect("builder-inited", draw)
+
+
+def draw(app):
+    import what_npss_sees
+
+    folder = Path(__file__).with_name("_drawn")
+    folder.mkdir(exist_ok=True)
+    what_npss_sees.draw(folder)

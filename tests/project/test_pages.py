@@ -1,0 +1,94 @@
+"""Run the Python and the commands of all pages, and draw the picture of the README again."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import npss.commands
+from command_line import samples
+
+PROJECT = Path(__file__).parents[2]
+PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").glob("*.md"))]
+#: Pages with tests of their own, which also check what is printed or give the data.
+OWN = {
+    *("arrays.md", "comparing.md", "errors.md", "extending.md", "identify.md", "in-betweening.md", "pictures.md"),
+    *("scale.md", "study.md", "write-results.md"),
+}
+NEEDS = {"which-joints.md": "matplotlib", "training-loop.md": "torchmetrics"}
+
+pytestmark = pytest.mark.skipif(not (PROJECT / "docs").exists(), reason="needs the documentation")
+
+
+def blocks(page, language):
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+
+
+def with_blocks(language):
+    return [pytest.param(page, id=page.name) for page in PAGES if page.name not in OWN and blocks(page, language)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", with_blocks("python"))
+def test_python(page, tmp_path):
+    """The blocks of a page run in order, in an empty folder, as one program."""
+    for package in ("pandas", "scipy", NEEDS.get(page.name)):
+        if package:
+            pytest.importorskip(package)
+    if page.name == "training-loop.md":
+        pytest.importorskip("lightning")
+    program = "\n".join(blocks(page, "python"))
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, encoding="utf-8", timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with the files that commands name."""
+    rng = np.random.default_rng(0)
+    gt, pred, other = rng.normal(size=(3, 12, 50, 6)).cumsum(axis=2)
+    np.save(tmp_path / "gt.npy", gt)
+    np.save(tmp_path / "pred.npy", pred)
+    for name, motion in (("mine", pred), ("theirs", other), ("results", pred)):
+        np.savez(tmp_path / f"{name}.npz", **{"all/gt": gt, "all/pred": motion})
+    (tmp_path / "DIR").mkdir()
+    truth = rng.normal(size=(8, 100, 99)) * 0.3
+    for name in ("samples.npz", "DIR/ours.npz", "DIR/theirs.npz"):
+        np.savez(tmp_path / name, **samples((truth, truth + rng.normal(size=truth.shape) * 0.1)))
+    (tmp_path / "package").mkdir()
+    (tmp_path / "package" / "__init__.py").touch()
+    (tmp_path / "package" / "module.py").write_text(
+        "import npss\n\n\ndef my_npss(gt, pred):\n    return npss.score(gt, pred)\n", encoding="utf-8"
+    )
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/score.md"])
+def test_commands(page, folder, capsys):
+    for package in ("matplotlib", "pandas"):
+        pytest.importorskip(package)
+    lines = "".join(blocks(PROJECT / page, "sh")).splitlines()
+    commands = [shlex.split(line, comments=True) for line in lines if line.startswith("npss ")]
+    assert len(commands) >= 4
+    for words in commands:
+        status = npss.commands.main(words[1:])
+        captured = capsys.readouterr()
+        assert status == 0, (words, captured.err)
+
+
+def test_the_picture_of_the_readme_has_the_numbers_of_today(monkeypatch):
+    pytest.importorskip("matplotlib")
+    monkeypatch.syspath_prepend(PROJECT / "docs")
+    import what_npss_sees
+
+    drawn = (PROJECT / "docs" / "walks.svg").read_text(encoding="utf-8")
+    words = [re.findall(r"<text[^>]*>(.*?)</text>", text) for text in (drawn, what_npss_sees.picture())]
+    assert words[0] == words[1]
+    assert sum("NPSS" in word for word in words[0]) == 3
