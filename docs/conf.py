@@ -12,10 +12,11 @@ author = "The npss developers"
 copyright = "2026, The npss developers"
 release = npss.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_design", "mathml"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_design", "mathml"]
 html_math_renderer = "mathml"
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 3
+nb_execution_mode = "off"  # the stored output is shown; the tests run the notebooks and compare
 exclude_patterns = ["_build", "_drawn"]
 html_theme = "furo"
 html_static_path = ["style.css"]

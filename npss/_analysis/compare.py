@@ -102,7 +102,7 @@ class Comparison:
         """Summarise the comparison in a few lines."""
         inside = (self.a_in_blocks, self.b_in_blocks)
         left_out = "" if inside == (self.a, self.b) else f"{self.a:.4f} and {self.b:.4f}; in blocks "
-        first = f"{left_out}{inside[0]:.4f} - {inside[1]:.4f} = {self.difference:.4f}"
+        first = f"{left_out}{inside[0]:.4f} - {inside[1]:.4f} = {self.difference:z.4f}"
         better = f"the first is better in {self.better} of {counted(self.n, 'block')}"
         if self.p_value is None:
             lines = [f"{first}, {better}", f"  fewer than {MIN_BLOCKS_OF_TEST} blocks give no p-value"]

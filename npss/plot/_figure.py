@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -35,3 +36,9 @@ class Picture(Figure):
         """Write the figure to a file."""
         with defaults():
             super().savefig(fname, **options)
+
+    def _repr_png_(self) -> bytes:
+        """Show the figure in a notebook."""
+        image = io.BytesIO()
+        self.savefig(image, format="png", dpi=100)
+        return image.getvalue()
