@@ -95,6 +95,9 @@ def test_what_the_text_says_holds(results):
         assert abs(ours - published_value) < 0.085, name  # the smallest spread over seeds in docs/training.md
         assert 0.33 < results.of("walking")[name].record["speed_ratio"] < 0.51
     assert trained["gru-d"] < trained["vgru-d"] < trained["vgru-ac"]
+    rivals = [score(name, "walking", "released") for name in ("mbr-long", "mbr-unsup")]
+    assert max(trained["vgru-d"], *rivals) - min(trained["vgru-d"], *rivals) < 0.085
+    assert max(rivals) < 1.499 - 0.3
     assert score("gru-d", "walking", "paper") < 0.95 * score("vgru-d", "walking", "paper")
     ahead = {
         convention: [
