@@ -1,5 +1,7 @@
 """Sphinx configuration."""
 
+import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -42,6 +44,10 @@ def setup(app):
 def draw(app):
     import what_npss_sees
 
-    folder = Path(__file__).with_name("_drawn")
-    folder.mkdir(exist_ok=True)
-    what_npss_sees.draw(folder)
+    here = Path(__file__).parent
+    drawn = here / "_drawn"
+    drawn.mkdir(exist_ok=True)
+    what_npss_sees.draw(drawn)
+    page = (here / "pictures.md").read_text(encoding="utf-8")
+    (program,) = re.findall(r"^```python\n(.*?)^```", page, flags=re.M | re.S)
+    subprocess.run([sys.executable, "-c", program], cwd=drawn, check=True)
