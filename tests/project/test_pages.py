@@ -13,7 +13,7 @@ import npss.commands
 from command_line import samples
 
 PROJECT = Path(__file__).parents[2]
-PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").glob("*.md"))]
+PAGES = [*PROJECT.glob("README.md"), *sorted((PROJECT / "docs").glob("*.md"))]
 #: Pages with tests of their own, which also check what is printed or give the data.
 OWN = {
     *("arrays.md", "comparing.md", "errors.md", "extending.md", "identify.md", "in-betweening.md", "pictures.md"),
@@ -70,11 +70,11 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/score.md"])
+@pytest.mark.parametrize("page", [page for page in with_blocks("sh") if page.id in ("README.md", "score.md")])
 def test_commands(page, folder, capsys):
     for package in ("matplotlib", "pandas"):
         pytest.importorskip(package)
-    lines = "".join(blocks(PROJECT / page, "sh")).splitlines()
+    lines = "".join(blocks(page, "sh")).splitlines()
     commands = [shlex.split(line, comments=True) for line in lines if line.startswith("npss ")]
     assert len(commands) >= 4
     for words in commands:
