@@ -1,5 +1,6 @@
 """Run the Python and the commands of all pages, and draw the picture of the README again."""
 
+import importlib
 import re
 import shlex
 import subprocess
@@ -81,6 +82,39 @@ def test_commands(page, folder, capsys):
         status = npss.commands.main(words[1:])
         captured = capsys.readouterr()
         assert status == 0, (words, captured.err)
+
+
+def printed_commands():
+    """Yield the commands that pages print, of either package, without what a shell reads."""
+    for page in [*PAGES, *sorted((PROJECT / "docs" / "api").glob("*.md"))]:
+        text = "".join(blocks(page, "(?:sh)?")).replace("\\\n", " ")
+        for line in (part.strip() for part in re.split(r"\n|&&", text)):
+            if line.startswith(("npss ", "npss-baselines ")):
+                words = shlex.split(line, comments=True)
+                ends = [words.index(word) for word in (">", "|") if word in words]
+                yield pytest.param(words[: min(ends, default=None)], id=f"{page.name}: {line}")
+
+
+@pytest.mark.parametrize("words", [*printed_commands()])
+def test_every_command_is_one(words):
+    """Commands whose files a test cannot have, too, name options that there are."""
+    if words[0] == "npss":
+        parser = npss.commands._main._parser()
+    else:
+        pytest.importorskip("torch")
+        parser = importlib.import_module("npss_baselines.__main__")._parser()
+    options = parser.parse_args(words[1:])
+    if words[1] == "train":  # its options depend on the model
+        arguments = options.arguments
+        if arguments[0] == "manifold":
+            read = importlib.import_module("npss_baselines.commands.train_manifold").parse
+        elif arguments[0] in importlib.import_module("npss_baselines.fitted").FITTED:
+            parser = importlib.import_module("npss_baselines.commands.train_fitted")._parser(arguments[0])
+            read, arguments = parser.parse_args, arguments[1:]
+        else:
+            read = importlib.import_module("npss_baselines.commands.train_options").parse
+        if "--resume" not in arguments:
+            read(arguments[1:] if arguments[0] == "manifold" else arguments)
 
 
 def test_the_picture_of_the_readme_has_the_numbers_of_today(monkeypatch):
