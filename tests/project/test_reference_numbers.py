@@ -95,6 +95,18 @@ def test_what_the_text_says_holds(results):
         assert abs(ours - published_value) < 0.085, name  # the smallest spread over seeds in docs/training.md
         assert 0.33 < results.of("walking")[name].record["speed_ratio"] < 0.51
     assert trained["gru-d"] < trained["vgru-d"] < trained["vgru-ac"]
+    on_eating = {name: score(name, "eating", "released") for name in trained}
+    assert (
+        0.836
+        > on_eating["gru-d"]
+        < score("zero-velocity", "eating", "released")
+        < min(value for name, value in on_eating.items() if name != "gru-d")
+    )
+    assert on_eating["vgru-r1"] < 1.312
+    assert on_eating["vgru-d"] > 0.846 + 0.085
+    assert on_eating["vgru-ac"] > 0.842 + 0.085
+    speeds = [results.of("eating")[name].record["speed_ratio"] for name in ("vgru-d", "vgru-ac", "vgru-r1")]
+    assert max(speeds) < 0.4
     rivals = [score(name, "walking", "released") for name in ("mbr-long", "mbr-unsup")]
     assert max(trained["vgru-d"], *rivals) - min(trained["vgru-d"], *rivals) < 0.085
     assert max(rivals) < 1.499 - 0.3
