@@ -24,6 +24,7 @@ from npss.validation import (
     real_array,
     renamed,
 )
+from npss_baselines.data.motion import JOINTS
 
 __all__ = ["Corrupted", "branch", "kinect", "missing", "stepped_keys", "zeros"]
 
@@ -49,10 +50,18 @@ class Corrupted:
         The corrupted features.
     known : (n, T, F) ndarray of bool
         True for values that were seen, if with noise; False for lost ones.
+    noise : float or (F,) ndarray of float64
+        The standard deviation of the error of known values; 0 where they are exact.
     """
 
     features: Float64
     known: npt.NDArray[np.bool_]
+    noise: float | Float64 = 0.0
+
+    @property
+    def exact(self) -> npt.NDArray[np.bool_]:
+        """True for values that were seen without noise ``(n, T, F)``."""
+        return self.known & (np.asarray(self.noise) == 0)
 
 
 @renamed(rng="seed")
@@ -222,7 +231,16 @@ def kinect(features: npt.ArrayLike, skeleton: Skeleton, *, seed: Seed) -> Corrup
 
     positions[...] = np.take_along_axis(positions, _last_seen(seen)[..., np.newaxis], axis=1)
     known = np.concatenate([np.repeat(seen, 3, axis=-1), np.ones((n, n_frames, 3), bool)], axis=-1)
-    return Corrupted(noisy, known)
+    return Corrupted(noisy, known, camera_noise(n_joints, root))
+
+
+def camera_noise(n_joints: int = len(JOINTS.names), root: int = 0) -> Float64:
+    """Return the standard deviations of the simulated camera's errors, ``(3 J + 3,)``; see `kinect`."""
+    noise = np.full((n_joints + 1, 3), JITTER)
+    noise[root, ::2] = 0  # the root defines the character's frame
+    # Velocities are differences of two positions, and their errors are independent.
+    noise[-1] = np.sqrt(2) * np.array([TURN_JITTER, JITTER, JITTER])
+    return noise.reshape(-1)
 
 
 def branch(skeleton: Skeleton, name: str) -> list[int]:

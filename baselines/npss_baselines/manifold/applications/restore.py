@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -90,7 +90,7 @@ def corrupted(
         left = corrupt.missing(windows.features, mean, joints=corrupt.branch(skeleton, WRIST))
     else:
         left = corrupt.stepped_keys(windows.features)
-    return Corrupted(_padded(left.features, windows.mask), _padded(left.known, windows.mask))
+    return replace(left, features=_padded(left.features, windows.mask), known=_padded(left.known, windows.mask))
 
 
 def rescaled(left: Corrupted, mean: npt.ArrayLike) -> Float64:

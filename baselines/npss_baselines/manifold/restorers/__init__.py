@@ -1,0 +1,1 @@
+"""Restorers: ways to restore motion that see which of its values are missing."""

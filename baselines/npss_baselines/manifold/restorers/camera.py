@@ -1,0 +1,71 @@
+"""Remove the noise of a depth camera, and fill what it did not see.
+
+Networks correct the mean of a Gaussian of 12 frames, given noisy values.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from npss.skeleton import Skeleton
+from npss.validation import Array, Float64
+from npss_baselines.manifold.applications.corrupt import Corrupted
+from npss_baselines.manifold.motion.features import VELOCITIES
+from npss_baselines.manifold.motion.mirror import exchange_sides, mirror_image
+from npss_baselines.manifold.motion.scaling import Scaling
+from npss_baselines.manifold.restorers.net import Float32, Net, mean_of
+from npss_baselines.manifold.restorers.restorer import with_bones
+
+#: The frames that the networks see, from the one to restore: the Gaussian's mean, the camera's values, and what it saw.
+OFFSETS, CLOSE, SEEN = (
+    np.array([-12, -7, -4, -2, -1, 0, 1, 2, 4, 7, 12]),
+    np.array([-1, 0, 1]),
+    np.array([-7, -3, 0, 3, 7]),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """Networks that correct the mean of a Gaussian.
+
+    Attributes
+    ----------
+    scaling : Scaling
+        The scaling of the features.
+    nets : tuple of Net
+        Networks, whose mean corrects the Gaussian's.
+    """
+
+    scaling: Scaling
+    nets: tuple[Net, ...]
+
+    def restore(self, left: Corrupted, mean: Float64, skeleton: Skeleton) -> Float64:
+        """Correct the ``mean`` (n, T, F) of motion, given what is left of it."""
+        first = self._restored(left, mean)
+        image = Corrupted(mirror_image(left.features, skeleton), exchange_sides(left.known, skeleton), left.noise)
+        second = mirror_image(self._restored(image, mirror_image(mean, skeleton)), skeleton)
+        return with_bones((first + second) / 2, left, skeleton)
+
+    def _restored(self, left: Corrupted, mean: Float64) -> Float64:
+        scaled = self.scaling.normalize(mean)
+        observed = self.scaling.normalize(np.where(left.known, left.features, mean))
+        for motion, seen, known in zip(scaled, observed, left.known, strict=True):
+            frames = np.arange(len(motion))
+            motion += mean_of(self.nets, inputs_of(motion, seen, known, frames))
+        return self.scaling.unnormalize(scaled)
+
+
+def inputs_of(mean: Array, observed: Array, known: Array, frames: Array) -> Float32:
+    """Return what the networks see of motion ``(T, F)`` at some frames ``(n,)``."""
+    last = len(mean) - 1
+
+    def around(values: Array, offsets: Array) -> Array:
+        taken: Array = values[np.clip(frames[:, np.newaxis] + offsets, 0, last)].reshape(len(frames), -1)
+        return taken
+
+    noise = observed - mean
+    flags = known[:, :-VELOCITIES:3]
+    parts = [around(mean, OFFSETS), around(noise, CLOSE), around(flags, SEEN)]
+    return np.concatenate(parts, axis=1).astype(np.float32)
