@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from npss._analysis.compare import Comparison, compare
     from npss._analysis.diagnose import Finding, diagnose
     from npss._analysis.interval import Interval, Range
+    from npss._analysis.ratio import ratio_interval
     from npss._analysis.report import Report, report
     from npss._identify.identification import Identification
     from npss._identify.identify import identify
@@ -75,6 +76,7 @@ __all__ = [
     "position_error_curve",
     "protocol",
     "published",
+    "ratio_interval",
     "records",
     "report",
     "root_error",
@@ -126,6 +128,7 @@ _LAZY = {
     "position_error_curve": "npss._metric.position_error",
     "protocol": "npss.protocol",
     "published": "npss.published",
+    "ratio_interval": "npss._analysis.ratio",
     "records": "npss.records",
     "report": "npss._analysis.report",
     "root_error": "npss._metric.position_error",

@@ -32,6 +32,12 @@ def run(options: argparse.Namespace) -> None:
 
         train_manifold.run(options.arguments[1:], options.parser)
         return
+    if options.arguments[:1] == ["restorer"]:
+        options.extra = "manifold"
+        from npss_baselines.commands import train_restorer
+
+        train_restorer.run(options.arguments[1:], options.parser)
+        return
     from npss_baselines.fitted import FITTED
 
     if options.arguments[:1] and options.arguments[0] in FITTED:

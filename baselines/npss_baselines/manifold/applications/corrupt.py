@@ -26,7 +26,7 @@ from npss.validation import (
 )
 from npss_baselines.data.motion import JOINTS
 
-__all__ = ["Corrupted", "branch", "kinect", "missing", "stepped_keys", "zeros"]
+__all__ = ["Corrupted", "branch", "kinect", "missing", "stepped_keys", "structured", "zeros"]
 
 #: Share of values that `zeros` loses, and frames between the keys of `stepped_keys`, as in the paper.
 LOST, EVERY = 0.5, 15
@@ -38,6 +38,10 @@ DROP, SPELL = 0.02, 8
 #: Share of the window in which one limb is occluded.
 OCCLUDED = 0.4
 _LIMBS = ("LeftForeArm", "RightForeArm", "LeftLeg", "RightLeg")
+#: What `structured` draws: the probability of a lost value, frames from one key to the next, and frames of a span. A
+#: limb is missing throughout in half of its windows, and two limbs are in a third.
+_LOST, _KEYS, _SPANS = (0.05, 0.7), (3, 25), (5, 60)
+_ENDS = ("LeftHand", "RightHand", "LeftFoot", "RightFoot")
 
 
 @dataclass(frozen=True)
@@ -232,6 +236,78 @@ def kinect(features: npt.ArrayLike, skeleton: Skeleton, *, seed: Seed) -> Corrup
     positions[...] = np.take_along_axis(positions, _last_seen(seen)[..., np.newaxis], axis=1)
     known = np.concatenate([np.repeat(seen, 3, axis=-1), np.ones((n, n_frames, 3), bool)], axis=-1)
     return Corrupted(noisy, known, camera_noise(n_joints, root))
+
+
+@renamed(rng="seed")
+def structured(features: npt.ArrayLike, mean: npt.ArrayLike, skeleton: Skeleton, *, seed: Seed) -> Corrupted:
+    """Corrupt each window in one of the ways that applications meet, to train on.
+
+    With equal probability, a window
+
+    - loses values independently, with a probability between .05 and .7;
+    - loses one or two limbs, from wrist, elbow, ankle or knee on, throughout or for a span of 5 to 60 frames;
+    - loses all frames but each k-th, with k between 3 and 25;
+    - loses all values in one to three spans of 5 to 60 frames;
+    - is seen by the camera of `kinect`, whose lost joints are held.
+
+    Parameters
+    ----------
+    features, mean
+        As for `zeros`.
+    skeleton : npss.skeleton.Skeleton
+        The skeleton of the first columns.
+    seed : int or numpy.random.Generator
+        Source of randomness.
+
+    Returns
+    -------
+    Corrupted
+        The corrupted windows. `noise` is 0, though values of the camera are noisy.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is invalid.
+
+    Examples
+    --------
+    >>> from npss_baselines.data.motion import JOINTS
+    >>> left = structured(np.ones((5, 160, 63)), np.zeros(63), JOINTS, seed=0)
+    >>> bool((left.features[left.known] == 1).any())
+    True
+    """
+    windows, rng = _windows(features), generator(seed)
+    centre = _mean(mean, windows)
+    known = np.ones(windows.shape, bool)
+    values = windows.copy()
+    for window, seen, kind in zip(values, known, rng.integers(5, size=len(windows)), strict=True):
+        n_frames = len(window)
+        if kind == 0:
+            seen[:] = rng.random(window.shape) >= rng.uniform(*_LOST)
+        elif kind == 1:
+            names = rng.choice([*_ENDS, *_LIMBS], 1 + (rng.random() < 1 / 3), replace=False)
+            columns = np.concatenate([_columns(branch(skeleton, name), window) for name in names])
+            frames = slice(None) if rng.random() < 0.5 else _span(n_frames, rng)
+            seen[frames, columns] = False
+        elif kind == 2:
+            every = rng.integers(_KEYS[0], _KEYS[1] + 1)
+            seen[(np.arange(n_frames) - rng.integers(every)) % every > 0] = False
+        elif kind == 3:
+            for _ in range(rng.integers(1, 4)):
+                seen[_span(n_frames, rng)] = False
+        else:
+            left = kinect(window[np.newaxis], skeleton, seed=rng)
+            window[:], seen[:] = left.features[0], left.known[0]
+            continue
+        window[:] = np.where(seen, window, centre)
+    return Corrupted(values, known)
+
+
+def _span(n_frames: int, rng: np.random.Generator) -> slice:
+    """Draw a span of frames."""
+    length = min(int(rng.integers(_SPANS[0], _SPANS[1] + 1)), n_frames - 1)
+    start = int(rng.integers(n_frames - length + 1))
+    return slice(start, start + length)
 
 
 def camera_noise(n_joints: int = len(JOINTS.names), root: int = 0) -> Float64:

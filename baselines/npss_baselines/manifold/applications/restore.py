@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +30,8 @@ RESTORATIONS = {
 LOST_AT_RANDOM = ("repair",)
 #: The joint that `fill` removes, with all joints below it.
 WRIST = "RightHand"
+#: The same with other joints, for evaluation: each other limb's end, and two limbs at once.
+FILLS = (("LeftHand",), ("LeftFoot",), ("RightFoot",), ("LeftHand", "RightHand"), ("LeftFoot", "RightHand"))
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,13 @@ class Windows:
 
 
 def corrupted(
-    application: str, windows: Windows, mean: npt.ArrayLike, *, skeleton: Skeleton = JOINTS, seed: Seed = 0
+    application: str,
+    windows: Windows,
+    mean: npt.ArrayLike,
+    *,
+    joints: Sequence[str] = (WRIST,),
+    skeleton: Skeleton = JOINTS,
+    seed: Seed = 0,
 ) -> Corrupted:
     """Corrupt windows for one of the applications.
 
@@ -62,6 +71,8 @@ def corrupted(
         The motion.
     mean : (F,) array_like
         Replacement of lost values: the average over training frames, which scaling maps to zero.
+    joints : sequence of str, optional
+        The joints that ``fill`` removes, with all joints below them.
     skeleton : npss.skeleton.Skeleton, optional
         The skeleton of the motion.
     seed : int or numpy.random.Generator, optional
@@ -87,7 +98,8 @@ def corrupted(
     elif application == "kinect":
         left = corrupt.kinect(windows.features, skeleton, seed=rng)
     elif application == "fill":
-        left = corrupt.missing(windows.features, mean, joints=corrupt.branch(skeleton, WRIST))
+        below = sorted({below for joint in joints for below in corrupt.branch(skeleton, joint)})
+        left = corrupt.missing(windows.features, mean, joints=below)
     else:
         left = corrupt.stepped_keys(windows.features)
     return replace(left, features=_padded(left.features, windows.mask), known=_padded(left.known, windows.mask))

@@ -2,36 +2,76 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from npss.records import Record
 from npss_baselines.data.motion import JOINTS
-from npss_baselines.manifold.applications.restore import RESTORATIONS
+from npss_baselines.manifold.applications.method import Method
+from npss_baselines.manifold.applications.restore import RESTORATIONS, WRIST
+from npss_baselines.manifold.evaluation.lost import best_of, by_subject, lost_error, only, ratio
 from npss_baselines.manifold.evaluation.records import context_of, records_of
 from npss_baselines.manifold.evaluation.testbed import Testbed
 from npss_baselines.manifold.motion import measures
-from npss_baselines.manifold.motion.features import local_positions
+from npss_baselines.manifold.motion.features import FPS, local_positions, to_positions
+from npss_baselines.manifold.restorers import simple_ways
 
 
-def restoration(testbed: Testbed, application: str) -> Iterator[Record]:
+def restoration(testbed: Testbed, application: str, joints: Sequence[str] = (WRIST,)) -> Iterator[Record]:
     """Measure restored windows against the originals.
 
-    Metrics: ``joint_error`` in body heights; ``missing_joint_error``, of joints missing in all frames; ``bone_error``
-    as a share of bone lengths; ``npss`` on positions in the character's frame, with windows as sequences.
+    Metrics: ``lost_error``, the mean distance of joints of which a coordinate was lost or noisy, and ``joint_error`` of
+    all joints, in body heights; ``bone_error`` as a share of bone lengths; ``foot_speed``; ``npss`` on positions in the
+    character's frame, with windows as sequences. ``ratio`` divides the ``lost_error`` by that of the simple way whose
+    error is smallest; its records have ``low``, ``high``, ``clips`` and ``subject`` (``all``, or one), too.
+
+    Parameters
+    ----------
+    testbed : Testbed
+        The motion and the methods.
+    application : str
+        One of `RESTORATIONS`.
+    joints : sequence of str, optional
+        The joints that ``fill`` removes, with all joints below them.
     """
-    left, mask = testbed.corrupted(application), testbed.windows.mask
-    gt = local_positions(testbed.windows.features)
-    missing = ~local_positions(left.known.astype(float)).any(axis=(0, 1, 3))
-    context = context_of(testbed.test, frames=gt.shape[1], corruption=RESTORATIONS[application], seed=testbed.seed)
+    left, mask = testbed.corrupted(application, joints), testbed.windows.mask
+    truth = testbed.windows.features
+    gt = local_positions(truth)
+    corruption = RESTORATIONS[application]
+    if tuple(joints) != (WRIST,):
+        corruption = f"{' and '.join(joints)} and below missing"
+    context = context_of(testbed.test, frames=gt.shape[1], corruption=corruption, seed=testbed.seed)
+    speed = measures.foot_speed(to_positions(truth), JOINTS, mask, fps=FPS)
+    yield from records_of(testbed, application, Method("original"), {"foot_speed": speed}, context)
+    errors = {}
     for method, motion in testbed.restored(application, left).items():
         pred = local_positions(motion).astype(np.float64)
-        values = {
+        values = {}
+        if not left.exact.all():
+            errors[str(method)] = lost_error(truth, motion, left, mask)
+            values["lost_error"] = errors[str(method)].error
+        values |= {
             "joint_error": measures.joint_error(gt, pred, mask),
             "bone_error": measures.bone_error(pred, JOINTS, mask),
+            "foot_speed": measures.foot_speed(to_positions(motion), JOINTS, mask, fps=FPS),
             "npss": measures.power_error(gt, pred, mask),
         }
-        if missing.any():
-            values["missing_joint_error"] = measures.joint_error(gt[:, :, missing], pred[:, :, missing], mask)
         yield from records_of(testbed, application, method, values, context)
+    if not errors:
+        return
+    best = best_of(errors, simple_ways.NAMES)
+    clips = [testbed.test.clips[i] for i in testbed.test.clip_of]
+    names = np.array([f"{clip.source}/{clip.name}" for clip in clips])
+    for subject, chosen in by_subject([clip.subject for clip in clips]):
+        for name, lost in errors.items():
+            found = ratio(only(lost, chosen), only(errors[best], chosen), names[chosen])
+            details = {"low": found.low, "high": found.high, "clips": found.clips, "subject": subject}
+            for record in records_of(
+                testbed,
+                application,
+                Method.parse(name),
+                {"ratio": found.value},
+                context | {"extra": {"reference": best}},
+            ):
+                yield record | details

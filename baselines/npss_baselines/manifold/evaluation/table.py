@@ -12,12 +12,13 @@ from npss_baselines.manifold.applications.restore import RESTORATIONS
 
 #: The heading of each metric, and whether lower is better; None where neither is.
 METRICS = {
+    "lost_error": ("error of lost joints (body heights)", True),
     "joint_error": ("joint error (body heights)", True),
-    "missing_joint_error": ("of missing joints", True),
     "bone_error": ("bone error (share)", True),
     "npss": ("NPSS paper", True),
     "foot_speed": ("foot speed (body heights/s)", None),
     "joint_speed": ("joint speed (body heights/s)", None),
+    "ratio": ("ratio to the best simple way", True),
     "idle": ("idle units", None),
     "saturated": ("saturated values", None),
     "deviation": ("mean deviation", None),
@@ -62,7 +63,12 @@ def _heading(record: Record) -> str:
             if application == "distance"
             else f"{heading}; {fields['queries']} queries, matches: {fields['matches']}"
         )
-    details = RESTORATIONS | {
+    if record["metric"] == "ratio":
+        reference = fields["extra"]["reference"]
+        return f"{application}: {fields['corruption']}; error of lost joints, relative to {reference}, by subject"
+    if application in RESTORATIONS:
+        return f"{application}: {fields['corruption']}"
+    details = {
         "interpolate": "pairs of windows",
         "sample": "codes drawn at random",
         "filters": "hidden units",
@@ -70,7 +76,22 @@ def _heading(record: Record) -> str:
     return f"{application}: {details[application]}"
 
 
+def _ratios(records: Sequence[Record], *, markdown: bool) -> str:
+    """Format ratios with their intervals: a column for each subject."""
+    escaped = markdown_text if markdown else str
+    subjects = {record["subject"]: f"{record['subject']} ({record['clips']} clips)" for record in records}
+    methods = list(dict.fromkeys(record["method"] for record in records))
+    cells = {
+        (record["method"], record["subject"]): f"{record['value']:.3f} [{record['low']:.3f}, {record['high']:.3f}]"
+        for record in records
+    }
+    rows = [[escaped(method), *(cells.get((method, subject), "") for subject in subjects)] for method in methods]
+    return table(["method", *subjects.values()], rows, "l" + "r" * len(subjects), markdown=markdown)
+
+
 def _table(records: Sequence[Record], *, markdown: bool) -> str:
+    if records[0]["metric"] == "ratio":
+        return _ratios(records, markdown=markdown)
     metrics = list(dict.fromkeys(record["metric"] for record in records))
     methods = list(dict.fromkeys(record["method"] for record in records))
     values = {(record["method"], record["metric"]): record["value"] for record in records}

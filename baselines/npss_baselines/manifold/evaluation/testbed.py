@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -13,17 +13,24 @@ from npss.validation import Array
 from npss_baselines.manifold.applications import restore
 from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.applications.method import Method
-from npss_baselines.manifold.applications.restore import LOST_AT_RANDOM, Windows
-from npss_baselines.manifold.applications.simple import interpolated
+from npss_baselines.manifold.applications.restore import LOST_AT_RANDOM, WRIST, Windows
 from npss_baselines.manifold.evaluation.pca_size import ALL, Restoration, best_sizes, truncated
 from npss_baselines.manifold.model.pca import PCA, fit_pca
 from npss_baselines.manifold.model.projector import Manifold, Projector
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.scaling import Scaling
 from npss_baselines.manifold.motion.split import held_out_subjects, split
+from npss_baselines.manifold.restorers import simple_ways
+from npss_baselines.manifold.restorers.alternating import Alternating
+from npss_baselines.manifold.restorers.file import default
+from npss_baselines.manifold.restorers.restorer import Restorer
+from npss_baselines.manifold.restorers.simple_ways import SimpleWays
 
 #: Names of other rows in tables and pictures, which manifolds must not have.
-RESERVED = ("input", "linear", "pca", "pca-best", "euclidean", "extremes", "length", "chance", "original", "real")
+RESERVED = (
+    *("input", "pca", "pca-best", "euclidean", "extremes", "length", "chance", "original", "real", "restorer"),
+    *simple_ways.NAMES,
+)
 
 
 @dataclass(frozen=True)
@@ -40,6 +47,8 @@ class Testbed:
         the baselines, and its mean replaces lost values.
     seed : int
         Seed of all random choices.
+    restorer : Restorer, optional
+        A trained restorer (default: that of the package).
 
     Raises
     ------
@@ -50,6 +59,7 @@ class Testbed:
     motions: MotionSet
     manifolds: Mapping[str, Manifold]
     seed: int = 0
+    restorer: Restorer = field(default_factory=default)
 
     def __post_init__(self) -> None:
         for name in self.manifolds:
@@ -99,16 +109,30 @@ class Testbed:
         best = {} if size is None else {"pca-best": self.pca if size == ALL else truncated(self.pca, size)}
         return {"pca": self.pca, **best, **self.manifolds}
 
-    def corrupted(self, application: str) -> Corrupted:
-        """Return the held-out windows, corrupted for an application."""
-        return restore.corrupted(application, self.windows, self.scaling.mean, seed=self.seed)
+    def corrupted(self, application: str, joints: Sequence[str] = (WRIST,)) -> Corrupted:
+        """Return the held-out windows, corrupted for an application; ``joints`` are those of ``fill``."""
+        return restore.corrupted(application, self.windows, self.scaling.mean, joints=joints, seed=self.seed)
+
+    @cached_property
+    def simple_ways(self) -> SimpleWays:
+        """The simple ways to restore motion."""
+        return SimpleWays(self.training)
+
+    def restorers(self, application: str, left: Corrupted) -> dict[Method, Restorer]:
+        """Return the restorers of corrupted windows by name: simple ways, the trained one, and manifolds in turn."""
+        if left.exact.all():
+            return {}
+        restorers = {Method(name): restorer for name, restorer in self.simple_ways.of(left)}
+        restorers[Method("restorer")] = self.restorer
+        return restorers | {
+            Method(name, "alternating"): Alternating(manifold) for name, manifold in self.manifolds.items()
+        }
 
     def restored(self, application: str, left: Corrupted) -> dict[Method, Array]:
         """Return the motions that each method restores from corrupted windows."""
         motions: dict[Method, Array] = {Method("input"): left.features}
         lost = ~left.known
-        if (lost.any(axis=1) & ~lost.all(axis=1)).any():  # there are values to interpolate between
-            motions[Method("linear")] = interpolated(left)
+        motions |= {method: restorer.restore(left) for method, restorer in self.restorers(application, left).items()}
         projected: dict[str, Array] = {}
         for name, projector in self.projectors(Restoration(application)).items():
             same = name == "pca-best" and projector is self.pca
@@ -139,6 +163,8 @@ class Testbed:
             return f"{size} components of {self._pca_signature}"
         if method.name == "pca":
             return self._pca_signature
+        if method.name == "restorer":
+            return self.restorer.signature
         manifold = self.manifolds.get(method.name)
         return None if manifold is None else manifold.signature
 

@@ -3,9 +3,9 @@
 The features of `span` successive frames are one normal variable. Where some of them are known, the others have a
 conditional mean, in closed form. Spans overlap, and their means are averaged.
 
-Each set of known values needs a system of equations, which is what takes time. Without noise, there are as many as known
-values, or as missing ones: the smaller number is taken. The equations of missing values are well conditioned, and solved
-in single precision. With noise, there are as many as principal components that rise above it.
+Each set of known values needs a system of equations, which is what takes time. Without noise, there are as many
+equations as known values, or as missing ones: the smaller number is taken. Those of missing values are well
+conditioned, and solved in single precision. With noise, there are as many as principal components that rise above it.
 """
 
 from __future__ import annotations

@@ -53,19 +53,31 @@ class Camera:
         observed = self.scaling.normalize(np.where(left.known, left.features, mean))
         for motion, seen, known in zip(scaled, observed, left.known, strict=True):
             frames = np.arange(len(motion))
-            motion += mean_of(self.nets, inputs_of(motion, seen, known, frames))
+            motion += mean_of(self.nets, inputs_of(motion, seen, known, frames, (0, len(frames) - 1)))
         return self.scaling.unnormalize(scaled)
 
 
-def inputs_of(mean: Array, observed: Array, known: Array, frames: Array) -> Float32:
-    """Return what the networks see of motion ``(T, F)`` at some frames ``(n,)``."""
-    last = len(mean) - 1
+def inputs_of(mean: Array, observed: Array, known: Array, frames: Array, ends: tuple[Array, Array]) -> Float32:
+    """Return what the networks see of scaled motion ``(T, F)`` at some frames ``(n,)``.
+
+    Parameters
+    ----------
+    mean : (T, F) ndarray
+        The Gaussian's mean.
+    observed : (T, F) ndarray
+        What the camera saw, or else the mean.
+    known : (T, F) ndarray of bool
+        What it saw.
+    frames : (n,) ndarray of int
+        The frames to restore.
+    ends : two (n,) ndarrays of int, or two ints
+        The first and the last frame of the motion that each frame belongs to.
+    """
+    first, last = (np.broadcast_to(end, frames.shape)[:, np.newaxis] for end in ends)
 
     def around(values: Array, offsets: Array) -> Array:
-        taken: Array = values[np.clip(frames[:, np.newaxis] + offsets, 0, last)].reshape(len(frames), -1)
+        taken: Array = values[np.clip(frames[:, np.newaxis] + offsets, first, last)].reshape(len(frames), -1)
         return taken
 
-    noise = observed - mean
-    flags = known[:, :-VELOCITIES:3]
-    parts = [around(mean, OFFSETS), around(noise, CLOSE), around(flags, SEEN)]
+    parts = [around(mean, OFFSETS), around(observed, CLOSE), around(known[:, :-VELOCITIES:3], SEEN)]
     return np.concatenate(parts, axis=1).astype(np.float32)

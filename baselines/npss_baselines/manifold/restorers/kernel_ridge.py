@@ -17,7 +17,7 @@ from npss_baselines.manifold.restorers.restorer import with_bones
 
 #: Training frames, the kernel's width in units of the median distance of two frames, and the ridge: the best on
 #: validation subjects.
-FRAMES, WIDTH, RIDGE = 4000, 1.0, 1e-2
+FRAMES, WIDTH, RIDGE = 4000, 1.6, 0.03
 #: The largest number of sets of known features: each costs a system of equations.
 MOST_SETS = 16
 

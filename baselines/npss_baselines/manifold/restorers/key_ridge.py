@@ -58,6 +58,7 @@ class KeyRidge:
         scaled = self.scaling.normalize(left.features)
         at = scaled[:, keys]
         around = np.concatenate([at[:, :1], at, at[:, -1:]], axis=1)  # the first and the last key count twice
+        scaled[:, keys[-1] + 1 :] = at[:, -1:]
         for offset, weights in enumerate(self.weights, 1):
             frames = keys[:-1] + offset
             given = np.concatenate([around[:, i : i + len(frames)] for i in range(4)], axis=2)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from npss import parse_signature, signature
 from npss.records import Record
-from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.applications.interpolate import blend, interpolate
 from npss_baselines.manifold.applications.restore import RESTORATIONS
 from npss_baselines.manifold.applications.sample import filter_motion, sample_codes
@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 DRAWN = 8
 #: The clip to interpolate with a walk: jumping jacks and squats.
 PAIR = "13_30"
+
+
+#: Simple ways that look like another.
+_SIMILAR = ("pchip", "smoothing", "pose-gaussian", "key-ridge")
 
 
 def clip_named(motions: MotionSet, name: str) -> int:
@@ -57,10 +61,10 @@ def restoration(testbed: Testbed, application: str, *, clip: str | None = None) 
     """Draw a held-out window: original, corrupted, and restored by each method."""
     window = window_of(testbed.test, clip)
     left = testbed.corrupted(application)
-    window_left = Corrupted(left.features[[window]], left.known[[window]])
+    window_left = replace(left, features=left.features[[window]], known=left.known[[window]])
     restored = testbed.restored(application, window_left)
     rows = {"original": testbed.windows.features[[window]]} | {
-        str(method): motion for method, motion in restored.items()
+        str(method): motion for method, motion in restored.items() if method.name not in _SIMILAR
     }
     if application == "project":
         del rows["input"]

@@ -120,6 +120,8 @@ class Configuration:
         checked_seed(self.seed)
         if not isinstance(self.quick, bool):
             raise TypeError(f"quick: expected true or false, got {self.quick!r}")
+        if self.layers.structured:
+            raise ValueError("layers: structured corruption is of windows, so that only all layers together see it")
         if not self.layers.epochs and not self.whole.epochs:
             raise ValueError("whole: expected at least one epoch in layers or whole")
 

@@ -20,6 +20,7 @@ def loss_of(
     sparsity: float,
     random: bool,
     rescale: bool = False,
+    corrupted: Tensor | None = None,
 ) -> Tensor:
     """Return the loss of a batch: weighted squared errors and sparsity, averaged over windows.
 
@@ -41,15 +42,20 @@ def loss_of(
         Whether the last layer is unpooled at random.
     rescale : bool, optional
         Whether the remaining input values are divided by 1 - `corruption`.
+    corrupted : (B, T, F) Tensor, optional
+        The corrupted windows, instead.
 
     Returns
     -------
     () Tensor
         The loss.
     """
-    values = windows * torch.empty_like(windows).bernoulli_(1 - corruption)
-    if rescale:
-        values = values / (1 - corruption)
+    if corrupted is None:
+        values = windows * torch.empty_like(windows).bernoulli_(1 - corruption)
+        if rescale:
+            values = values / (1 - corruption)
+    else:
+        values = corrupted
     for layer in layers:
         values = layer(values)
     loss = sparsity * (values.abs() * of_steps).sum() if sparsity else windows.new_zeros(())

@@ -38,6 +38,9 @@ class Stage:
     rescale : bool
         Whether the remaining values are divided by 1 - `corruption`. If not, the layers learn to compensate for the
         average loss, and uncorrupted motion is reconstructed too large by that factor.
+    structured : bool
+        Whether windows are instead corrupted as applications do, by
+        `npss_baselines.manifold.applications.corrupt.structured`; lost values are zero. Then `corruption` must be 0.
     sparsity : float
         Weight of the magnitudes of the hidden units in the loss.
     unpool : {'even', 'random'}
@@ -58,6 +61,7 @@ class Stage:
     clip_norm: float | None = None
     corruption: float = 0.1
     rescale: bool = False
+    structured: bool = False
     sparsity: float = 0.0
     unpool: str = "even"
 
@@ -82,8 +86,11 @@ class Stage:
                 raise ValueError(f"{name}: expected a number of at least 0, got {value!r}")
         if self.corruption >= 1:
             raise ValueError(f"corruption: expected a probability below 1, got {self.corruption!r}")
-        if not isinstance(self.rescale, bool):
-            raise TypeError(f"rescale: expected true or false, got {self.rescale!r}")
+        for name in ("rescale", "structured"):
+            if not isinstance(getattr(self, name), bool):
+                raise TypeError(f"{name}: expected true or false, got {getattr(self, name)!r}")
+        if self.structured and (self.corruption or self.rescale):
+            raise ValueError("structured: it needs corruption 0 and no rescale, since windows are already corrupted")
         one_of("unpool", self.unpool, PLACES)
 
     def learning_rate(self, epoch: int, share: float = 0.0) -> float:
@@ -158,4 +165,9 @@ DEFAULT = Recipe(
     layers=_LAYERS,
     whole=replace(_LAYERS, epochs=30, lr=2e-4),
 )
-RECIPES = {"default": DEFAULT, "paper": PAPER}
+#: The default, whose layers then learn together to restore what applications lose: the mask is known when they are
+#: applied, so that projection and known values can take turns.
+STRUCTURED = replace(
+    DEFAULT, whole=replace(_LAYERS, epochs=30, lr=3e-4, clip_norm=0.05, corruption=0.0, rescale=False, structured=True)
+)
+RECIPES = {"default": DEFAULT, "paper": PAPER, "structured": STRUCTURED}

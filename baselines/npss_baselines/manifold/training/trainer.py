@@ -11,7 +11,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from npss_baselines.manifold.model.autoencoder import Autoencoder
+from npss_baselines.data.motion import JOINTS
+from npss_baselines.manifold.applications import corrupt
+from npss_baselines.manifold.model.autoencoder import Autoencoder, TiedLayer
 from npss_baselines.manifold.model.initialization import initialize
 from npss_baselines.manifold.model.per_window_sgd import PerWindowSGD
 from npss_baselines.manifold.motion.dataset import MotionSet
@@ -127,8 +129,9 @@ class Training(Resumable):
             return self._sgd.step(self._seen[i], self._of_frames[i], self._of_steps[i], lr)
         stage = phase.stage
         parameters = self._in_training(phase)
+        layers = self.network.first(phase.depth)[phase.first :]
         loss = loss_of(
-            self.network.first(phase.depth)[phase.first :],
+            layers,
             self._seen[batch],
             self._of_frames[batch],
             self._of_steps[batch],
@@ -136,6 +139,7 @@ class Training(Resumable):
             sparsity=stage.sparsity,
             random=stage.unpool == "random",
             rescale=stage.rescale,
+            corrupted=self._corrupted(batch, layers) if stage.structured else None,
         )
         optimizer.zero_grad()
         self.manual_backward(loss)
@@ -145,6 +149,26 @@ class Training(Resumable):
             group["lr"] = lr
         optimizer.step()
         return loss.detach()
+
+    def _corrupted(self, batch: Tensor, layers: Sequence[TiedLayer]) -> Tensor:
+        """Corrupt windows as applications do; some are projected, up to twice, and get their known values back.
+
+        So the layers see what they meet when projection and known values take turns.
+        """
+        windows = self.scaling.unnormalize(self.windows[batch.cpu()].numpy())
+        seed = np.random.default_rng(int(torch.randint(2**31, ())))
+        left = corrupt.structured(windows, self.scaling.mean, JOINTS, seed=seed)
+        values = torch.from_numpy(self.scaling.normalize(left.features)).to(self._seen)
+        known = torch.from_numpy(left.known).to(values.device)
+        given = values
+        with torch.no_grad():
+            for _ in range(int(torch.randint(3, ()))):
+                for layer in layers:
+                    values = layer(values)
+                for layer in reversed(layers):
+                    values = layer.inverse(values)
+                values = torch.where(known, given, values)
+        return values
 
     def _begin(self, number: int) -> None:
         """Begin a phase: encode all windows by the layers below those in training, and weight their frames."""

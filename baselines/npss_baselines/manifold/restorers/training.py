@@ -1,0 +1,238 @@
+"""Train the networks of a restorer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from npss.console import Progress
+from npss.skeleton import Skeleton
+from npss_baselines.data.motion import JOINTS
+from npss_baselines.manifold.model.gaussian import SpanGaussian, fit_gaussian
+from npss_baselines.manifold.motion.dataset import MotionSet
+from npss_baselines.manifold.motion.scaling import fit_scaling
+from npss_baselines.manifold.motion.split import subjects_of
+from npss_baselines.manifold.restorers.by_case import ByCase
+from npss_baselines.manifold.restorers.camera import Camera
+from npss_baselines.manifold.restorers.fill import Fill
+from npss_baselines.manifold.restorers.frames import Frames
+from npss_baselines.manifold.restorers.keys import Keys
+from npss_baselines.manifold.restorers.net import Net
+from npss_baselines.manifold.restorers.samples import CameraSampler, FillSampler, KeysSampler, Sampler, Samples
+
+#: The ridge of the pose's Gaussian, as a share of the mean variance.
+POSE_RIDGE = 1e-3
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How the networks of one case are trained.
+
+    Attributes
+    ----------
+    width : int
+        Units of each of the two hidden layers.
+    dropout : float
+        The share of hidden units that are left out.
+    steps, batch : int
+        Steps of AdamW, and samples of each.
+    lr, decay : float
+        The first learning rate, which falls along half a cosine, and the decay of weights.
+    """
+
+    width: int
+    dropout: float
+    steps: int
+    batch: int = 1024
+    lr: float = 1e-3
+    decay: float = 0.01
+
+    def rate(self, step: int) -> float:
+        """Return the share of the first learning rate: it rises in the first twentieth, and falls along a cosine."""
+        return min(1.0, 20 * (step + 1) / self.steps) * (1 + math.cos(math.pi * step / self.steps)) / 2
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a restorer is trained.
+
+    Attributes
+    ----------
+    fill, keys, camera : Recipe
+        The recipe of each case.
+    windows : int
+        Windows that the Gaussian restores for ``camera``.
+    """
+
+    fill: Recipe = Recipe(192, 0.35, 1200)
+    keys: Recipe = Recipe(192, 0.1, 1200)
+    camera: Recipe = Recipe(160, 0.1, 1000)
+    windows: int = 1000
+
+
+DEFAULT = Settings()
+#: To try it out.
+QUICK = Settings(
+    *(replace(recipe, steps=20, batch=64) for recipe in (DEFAULT.fill, DEFAULT.keys, DEFAULT.camera)), windows=10
+)
+
+
+def train_restorer(
+    training: MotionSet,
+    *,
+    seed: int = 0,
+    skeleton: Skeleton = JOINTS,
+    settings: Settings = DEFAULT,
+    report: Callable[[str], None] = print,
+) -> ByCase:
+    """Fit the Gaussians and train the networks of a restorer.
+
+    Parameters
+    ----------
+    training : MotionSet
+        The training motion.
+    seed : int, optional
+        Seed of all random choices.
+    skeleton : Skeleton, optional
+        The skeleton of the motion.
+    settings : Settings, optional
+        How the networks are trained.
+    report : callable, optional
+        Called with a line on each network.
+
+    Returns
+    -------
+    ByCase
+        The restorer.
+    """
+    scaling = fit_scaling(training.windows, training.mask, "kind")
+    gaussian = fit_gaussian(training.windows, training.mask, scaling)
+    pose = fit_gaussian(training.windows, training.mask, scaling, span=1, ridge=POSE_RIDGE)
+    frames = Frames(training, scaling, skeleton)
+    samplers: Mapping[str, Callable[[np.random.Generator], Sampler]] = {
+        "fill": lambda rng: FillSampler(frames, pose, skeleton, rng),
+        "keys": lambda rng: KeysSampler(frames, skeleton),
+        "camera": lambda rng: CameraSampler(training, gaussian, skeleton, settings.windows, rng),
+    }
+    nets = {}
+    for number, (case, sampler) in enumerate(samplers.items()):
+        rng = np.random.default_rng([seed, number])
+        nets[case] = train_net(sampler(rng), getattr(settings, case), gaussian, skeleton, rng, case, report)
+    seen = {
+        "sources": list(dict.fromkeys(clip.source for clip in training.clips)),
+        "subjects": subjects_of(training),
+        "clips": len(training.clips),
+        "seed": seed,
+    }
+    return ByCase(
+        gaussian,
+        Fill(pose, (nets["fill"],)),
+        Keys(scaling, (nets["keys"],)),
+        Camera(scaling, (nets["camera"],)),
+        skeleton,
+        seen,
+    )
+
+
+def train_net(
+    sampler: Sampler,
+    recipe: Recipe,
+    gaussian: SpanGaussian,
+    skeleton: Skeleton,
+    rng: np.random.Generator,
+    case: str,
+    report: Callable[[str], None] = print,
+) -> Net:
+    """Train a network on the distance of restored joints, with bone lengths restored.
+
+    The loss of each kind of corruption is divided by the running mean of the first guess's, so that kinds weigh
+    equally.
+    """
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(int(rng.integers(2**31)))
+        n_inputs = sampler.draw(64, rng).inputs.shape[1]
+        layers: list[nn.Module] = []
+        for before, after in ((n_inputs, recipe.width), (recipe.width, recipe.width)):
+            layers += [nn.Linear(before, after), nn.ReLU(), nn.Dropout(recipe.dropout)]
+        network = nn.Sequential(*layers, nn.Linear(recipe.width, sampler.outputs))
+        last = network[-1]
+        nn.init.zeros_(last.weight)  # the first guess, at first
+        nn.init.zeros_(last.bias)
+        optimizer = torch.optim.AdamW(network.parameters(), lr=recipe.lr, weight_decay=recipe.decay)
+        schedule = torch.optim.lr_scheduler.LambdaLR(optimizer, recipe.rate)
+        measure = Distance(gaussian, skeleton)
+        scale = torch.zeros(sampler.n_kinds)
+        gained: list[float] = []
+        network.train()
+        with Progress(f"training {case}") as progress:
+            for step in range(recipe.steps):
+                samples = sampler.draw(recipe.batch, rng)
+                kind = torch.from_numpy(samples.kind)
+                first = measure(samples, None)
+                counts = torch.bincount(kind, minlength=sampler.n_kinds)
+                sums = torch.bincount(kind, first, minlength=sampler.n_kinds)
+                mean = sums / counts.clamp(min=1)
+                scale = torch.where(counts > 0, torch.where(scale > 0, 0.98 * scale + 0.02 * mean, mean), scale)
+                change = network(torch.from_numpy(samples.inputs)) * torch.from_numpy(samples.amount)
+                error = measure(samples, change)
+                loss = (error / scale[kind]).mean()
+                optimizer.zero_grad()
+                loss.backward()  # type: ignore[no-untyped-call]
+                nn.utils.clip_grad_norm_(network.parameters(), 1.0)
+                optimizer.step()
+                schedule.step()
+                gained.append(float(error.detach().mean() / first.mean()))
+                progress((step + 1) / recipe.steps)
+        report(f"{case}: {np.mean(gained[-50:]):.3f} of the first guess's error on training samples, with dropout")
+    linear = [layer for layer in network if isinstance(layer, nn.Linear)]
+    return Net(
+        tuple(layer.weight.detach().numpy().T.copy() for layer in linear),
+        tuple(layer.bias.detach().numpy().copy() for layer in linear),
+    )
+
+
+class Distance:
+    """The distance of restored joints from the truth, averaged over the missing ones of each sample."""
+
+    def __init__(self, gaussian: SpanGaussian, skeleton: Skeleton) -> None:
+        scaling = gaussian.scaling
+        self._scale, self._mean = (torch.from_numpy(v.astype(np.float32)) for v in (scaling.scale, scaling.mean))
+        self._skeleton = skeleton
+        self._lengths = np.linalg.norm(skeleton.offsets, axis=-1)
+
+    def __call__(self, samples: Samples, change: Tensor | None) -> Tensor:
+        """Return the distance of each sample, in body heights, after a change of the first guess; (n,)."""
+        guess = torch.from_numpy(samples.guess)
+        if change is not None:
+            guess = guess + nn.functional.pad(change, (0, guess.shape[1] - change.shape[1]))
+        missing = torch.from_numpy(samples.missing)
+        joints = self._positions(guess)
+        if change is not None:
+            joints = self._with_lengths(joints, missing)
+        squares = (joints - self._positions(torch.from_numpy(samples.truth))).square().sum(-1)
+        distances = (squares + 1e-10).sqrt() * missing
+        mean = distances.sum(1) / missing.sum(1)
+        if change is not None and change.shape[1] == guess.shape[1]:  # velocities count little
+            mean = mean + 0.1 * (guess - torch.from_numpy(samples.truth))[:, -3:].abs().mean(1) * self._scale[0]
+        return mean
+
+    def _positions(self, scaled: Tensor) -> Tensor:
+        return (scaled * self._scale + self._mean)[:, :-3].unflatten(1, (-1, 3))
+
+    def _with_lengths(self, joints: Tensor, missing: Tensor) -> Tensor:
+        """Give bones that end in missing joints the skeleton's lengths, from the root outwards."""
+        moved = list(joints.unbind(1))
+        for joint in self._skeleton._order[1:]:
+            if not missing[:, joint].any():
+                continue
+            parent = moved[self._skeleton.parents[joint]]
+            bone = moved[joint] - parent
+            size = (bone.square().sum(1, keepdim=True) + 1e-12).sqrt()
+            placed = parent + bone * (float(self._lengths[joint]) / size)
+            moved[joint] = torch.where(missing[:, joint : joint + 1], placed, moved[joint])
+        return torch.stack(moved, 1)
