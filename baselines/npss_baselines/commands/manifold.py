@@ -41,6 +41,7 @@ def add_parser(commands: Any) -> None:
         restore = _add(applications, application, summary, run_restoration)
         restore.add_argument("--clip", metavar="CLIP", help="draw this clip of a held-out subject (default: the first)")
         restore.set_defaults(application=application)
+        _add_restorer(restore)
     interpolate = _add(applications, "interpolate", "interpolate two motions in the hidden space", run_interpolation)
     interpolate.add_argument(
         "--clips",
@@ -65,6 +66,7 @@ def add_parser(commands: Any) -> None:
     nearest.add_argument("-n", type=int, default=5, metavar="N", help="list N clips (default: %(default)s)")
     table = _add(applications, "table", "measure all applications", run_table, several=True)
     table.add_argument("--pictures", type=Path, metavar="DIR", help="also write every picture to this folder")
+    _add_restorer(table)
 
 
 def _add(applications: Any, name: str, summary: str, run: Any, *, several: bool = False) -> argparse.ArgumentParser:
@@ -91,6 +93,15 @@ def _add(applications: Any, name: str, summary: str, run: Any, *, several: bool 
         )
     parser.set_defaults(run=run, extra="manifold")
     return parser
+
+
+def _add_restorer(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--restorer",
+        type=Path,
+        metavar="FILE",
+        help="measure this restorer, from `npss-baselines train restorer` (default: that of the package)",
+    )
 
 
 def run_restoration(options: argparse.Namespace) -> None:
@@ -194,12 +205,14 @@ def _testbed(options: argparse.Namespace) -> Testbed:
     """Load runs and motion."""
     from npss_baselines.manifold.evaluation.testbed import RESERVED, Testbed
     from npss_baselines.manifold.motion.prepared import motion_set
+    from npss_baselines.manifold.restorers import file
     from npss_baselines.manifold.training.folder import load
 
     runs = {"manifold": options.runs[0]} if len(options.runs) == 1 else names_of_paths(options.runs, taken=RESERVED)
     manifolds = {name: load(run).projector for name, run in runs.items()}
     motions = motion_set(folders_of(options), cache=options.cache, quick=options.quick)
-    return Testbed(motions, manifolds, options.seed)
+    chosen = getattr(options, "restorer", None)
+    return Testbed(motions, manifolds, options.seed, file.default() if chosen is None else file.load(chosen))
 
 
 def _show(options: argparse.Namespace, records: Sequence[Record], *, listed: bool = False) -> None:

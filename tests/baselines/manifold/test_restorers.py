@@ -58,7 +58,7 @@ class TestAll:
     @pytest.mark.parametrize("application", APPLICATIONS)
     def test_what_was_seen_exactly_stays_and_the_rest_is_finite(self, application, windows, simple, trained):
         left = lost(application, windows, simple)
-        found = dict(simple.of(left)) | {"restorer": trained}
+        found = simple.of(left) | {"restorer": trained}
         assert len(found) > 2
         for name, restorer in found.items():
             restored = restorer.restore(left)
@@ -71,21 +71,21 @@ class TestAll:
     def test_bones_of_missing_joints_get_their_lengths(self, joints, windows, simple, trained):
         left = lost("fill", windows, simple, joints=joints)
         missing = {below for joint in joints for below in corrupt.branch(JOINTS, joint)}
-        for restorer in (trained, *dict(simple.of(left)).values()):
+        for restorer in (trained, *simple.of(left).values()):
             positions = local_positions(restorer.restore(left))
             for joint in missing:
                 bones = np.linalg.norm(positions[:, :, joint] - positions[:, :, JOINTS.parents[joint]], axis=-1)
                 np.testing.assert_allclose(bones, np.linalg.norm(JOINTS.offsets[joint]), atol=1e-9)
 
     def test_every_simple_way_is_used_and_named(self, windows, simple):
-        names = {name for application in APPLICATIONS for name, _ in simple.of(lost(application, windows, simple))}
+        names = {name for application in APPLICATIONS for name in simple.of(lost(application, windows, simple))}
         assert names == set(NAMES)
 
     @pytest.mark.parametrize("application", APPLICATIONS)
     def test_values_that_are_lost_do_not_count(self, application, windows, simple, trained):
         left = lost(application, windows, simple)
         other = replace(left, features=np.where(left.known, left.features, 0.123))
-        for name, restorer in {**dict(simple.of(left)), "restorer": trained}.items():
+        for name, restorer in {**simple.of(left), "restorer": trained}.items():
             if name in ("linear", "pchip", "hermite", "smoothing") and application == "fill":
                 continue
             np.testing.assert_allclose(restorer.restore(left), restorer.restore(other), atol=1e-9, err_msg=name)
@@ -132,7 +132,7 @@ class TestKernelRidge:
             np.testing.assert_allclose(bone / np.linalg.norm(bone), given / np.linalg.norm(given), atol=1e-8)
 
     def test_many_sets_of_known_values_are_refused(self, windows, simple):
-        restorer = dict(simple.of(lost("fill", windows, simple)))["kernel-ridge"]
+        restorer = simple["kernel-ridge"]
         with pytest.raises(ValueError, match=r"^left: frames have .* different sets"):
             restorer.restore(lost("repair", windows, simple))
 
@@ -157,7 +157,7 @@ class TestKeyRidge:
         assert restorer.restore(left)[:, 11:20, -3:] == pytest.approx(first[:, 11:20, -3:], abs=1e-3)
 
     def test_other_keys_are_refused(self, windows, simple):
-        restorer = dict(simple.of(lost("inbetween", windows, simple)))["key-ridge"]
+        restorer = simple["key-ridge"]
         assert isinstance(restorer, KeyRidge)
         with pytest.raises(ValueError, match=r"^left: expected every 15th frame"):
             restorer.restore(corrupt.stepped_keys(windows.features, every=7))

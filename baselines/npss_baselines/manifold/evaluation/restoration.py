@@ -24,7 +24,8 @@ def restoration(testbed: Testbed, application: str, joints: Sequence[str] = (WRI
     Metrics: ``lost_error``, the mean distance of joints of which a coordinate was lost or noisy, and ``joint_error`` of
     all joints, in body heights; ``bone_error`` as a share of bone lengths; ``foot_speed``; ``npss`` on positions in the
     character's frame, with windows as sequences. ``ratio`` divides the ``lost_error`` by that of the simple way whose
-    error is smallest; its records have ``low``, ``high``, ``clips`` and ``subject`` (``all``, or one), too.
+    error is smallest; its records have ``low``, ``high``, ``clips`` and ``subject`` (``all``, or one), too. With other
+    joints than `WRIST`, the application's name has those joints: ``fill LeftFoot``.
 
     Parameters
     ----------
@@ -38,12 +39,12 @@ def restoration(testbed: Testbed, application: str, joints: Sequence[str] = (WRI
     left, mask = testbed.corrupted(application, joints), testbed.windows.mask
     truth = testbed.windows.features
     gt = local_positions(truth)
-    corruption = RESTORATIONS[application]
+    corruption, name = RESTORATIONS[application], application
     if tuple(joints) != (WRIST,):
-        corruption = f"{' and '.join(joints)} and below missing"
+        corruption, name = f"{' and '.join(joints)} and below missing", f"{application} {' '.join(joints)}"
     context = context_of(testbed.test, frames=gt.shape[1], corruption=corruption, seed=testbed.seed)
     speed = measures.foot_speed(to_positions(truth), JOINTS, mask, fps=FPS)
-    yield from records_of(testbed, application, Method("original"), {"foot_speed": speed}, context)
+    yield from records_of(testbed, name, Method("original"), {"foot_speed": speed}, context)
     errors = {}
     for method, motion in testbed.restored(application, left).items():
         pred = local_positions(motion).astype(np.float64)
@@ -57,21 +58,17 @@ def restoration(testbed: Testbed, application: str, joints: Sequence[str] = (WRI
             "foot_speed": measures.foot_speed(to_positions(motion), JOINTS, mask, fps=FPS),
             "npss": measures.power_error(gt, pred, mask),
         }
-        yield from records_of(testbed, application, method, values, context)
+        yield from records_of(testbed, name, method, values, context)
     if not errors:
         return
     best = best_of(errors, simple_ways.NAMES)
     clips = [testbed.test.clips[i] for i in testbed.test.clip_of]
-    names = np.array([f"{clip.source}/{clip.name}" for clip in clips])
+    named = np.array([f"{clip.source}/{clip.name}" for clip in clips])
     for subject, chosen in by_subject([clip.subject for clip in clips]):
-        for name, lost in errors.items():
-            found = ratio(only(lost, chosen), only(errors[best], chosen), names[chosen])
+        for restorer, lost in errors.items():
+            found = ratio(only(lost, chosen), only(errors[best], chosen), named[chosen])
             details = {"low": found.low, "high": found.high, "clips": found.clips, "subject": subject}
-            for record in records_of(
-                testbed,
-                application,
-                Method.parse(name),
-                {"ratio": found.value},
-                context | {"extra": {"reference": best}},
-            ):
+            extra = {"extra": {"reference": best}}
+            values = {"ratio": found.value}
+            for record in records_of(testbed, name, Method.parse(restorer), values, context | extra):
                 yield record | details

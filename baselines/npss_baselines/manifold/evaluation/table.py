@@ -66,7 +66,7 @@ def _heading(record: Record) -> str:
     if record["metric"] == "ratio":
         reference = fields["extra"]["reference"]
         return f"{application}: {fields['corruption']}; error of lost joints, relative to {reference}, by subject"
-    if application in RESTORATIONS:
+    if application.partition(" ")[0] in RESTORATIONS:
         return f"{application}: {fields['corruption']}"
     details = {
         "interpolate": "pairs of windows",

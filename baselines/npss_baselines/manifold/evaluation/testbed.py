@@ -118,11 +118,11 @@ class Testbed:
         """The simple ways to restore motion."""
         return SimpleWays(self.training)
 
-    def restorers(self, application: str, left: Corrupted) -> dict[Method, Restorer]:
+    def restorers(self, left: Corrupted) -> dict[Method, Restorer]:
         """Return the restorers of corrupted windows by name: simple ways, the trained one, and manifolds in turn."""
         if left.exact.all():
             return {}
-        restorers = {Method(name): restorer for name, restorer in self.simple_ways.of(left)}
+        restorers = {Method(name): restorer for name, restorer in self.simple_ways.of(left).items()}
         restorers[Method("restorer")] = self.restorer
         return restorers | {
             Method(name, "alternating"): Alternating(manifold) for name, manifold in self.manifolds.items()
@@ -132,7 +132,7 @@ class Testbed:
         """Return the motions that each method restores from corrupted windows."""
         motions: dict[Method, Array] = {Method("input"): left.features}
         lost = ~left.known
-        motions |= {method: restorer.restore(left) for method, restorer in self.restorers(application, left).items()}
+        motions |= {method: restorer.restore(left) for method, restorer in self.restorers(left).items()}
         projected: dict[str, Array] = {}
         for name, projector in self.projectors(Restoration(application)).items():
             same = name == "pca-best" and projector is self.pca
@@ -156,6 +156,7 @@ class Testbed:
 
     def signature_of(self, application: str, method: Method) -> str | None:
         """Return the signature of a method's projector; None if it has none."""
+        application = application.partition(" ")[0]  # without joints
         if method.name == "pca-best":
             # Where windows are rescaled, known values are put back into rescaled ones.
             rescaled = application in LOST_AT_RANDOM and bool(method.variant)
@@ -165,6 +166,10 @@ class Testbed:
             return self._pca_signature
         if method.name == "restorer":
             return self.restorer.signature
+        if method.name in simple_ways.NAMES and application in restore.RESTORATIONS:
+            return self.simple_ways[method.name].signature
+        if method.variant == "alternating":
+            return Alternating(self.manifolds[method.name]).signature
         manifold = self.manifolds.get(method.name)
         return None if manifold is None else manifold.signature
 

@@ -8,16 +8,16 @@ import numpy as np
 import numpy.typing as npt
 
 from npss.skeleton import Skeleton
-from npss.validation import Float64, Seed, generator
+from npss.validation import Float64, Seed, generator, one_of
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.corrupt import Corrupted
-from npss_baselines.manifold.motion.scaling import Scaling
+from npss_baselines.manifold.motion.scaling import Scaling, fit_scaling
 from npss_baselines.manifold.restorers.digest import digest_of
 from npss_baselines.manifold.restorers.restorer import with_bones
 
 #: Training frames, the kernel's width in units of the median distance of two frames, and the ridge: the best on
-#: validation subjects.
-FRAMES, WIDTH, RIDGE = 4000, 1.6, 0.03
+#: validation subjects, where features of a kind have the same scale, and where each has its own.
+FRAMES, SETTINGS = 4000, {"kind": (1.6, 0.03), "feature": (1.2, 0.03)}
 #: The largest number of sets of known features: each costs a system of equations.
 MOST_SETS = 16
 
@@ -42,8 +42,8 @@ class KernelRidge:
 
     frames: Float64
     scaling: Scaling
-    width: float = WIDTH
-    ridge: float = RIDGE
+    width: float
+    ridge: float
     skeleton: Skeleton = JOINTS
 
     @property
@@ -89,12 +89,18 @@ class KernelRidge:
 
 
 def fit_kernel_ridge(
-    windows: npt.ArrayLike, mask: npt.NDArray[np.bool_], scaling: Scaling, *, frames: int = FRAMES, seed: Seed = 0
+    windows: npt.ArrayLike, mask: npt.NDArray[np.bool_], *, scale: str = "kind", frames: int = FRAMES, seed: Seed = 0
 ) -> KernelRidge:
-    """Draw the training frames of kernel ridge regression from windows ``(n, T, F)``, of frames in the mask."""
+    """Draw the training frames of kernel ridge regression from windows ``(n, T, F)``, of frames in the mask.
+
+    Features of a kind have the same scale, or each feature has its own; see
+    `npss_baselines.manifold.motion.scaling.fit_scaling`.
+    """
+    one_of("scale", scale, tuple(SETTINGS))
+    scaling = fit_scaling(windows, mask, scale)
     rows = np.asarray(windows)[mask]
     chosen = np.sort(generator(seed).permutation(len(rows))[:frames])
-    return KernelRidge(scaling.normalize(rows[chosen]), scaling)
+    return KernelRidge(scaling.normalize(rows[chosen]), scaling, *SETTINGS[scale])
 
 
 def _squares(first: Float64, second: Float64) -> Float64:

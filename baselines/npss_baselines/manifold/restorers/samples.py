@@ -25,9 +25,9 @@ Bools = npt.NDArray[np.bool_]
 
 #: Limbs that are missing, and how often: alone, two ends of limbs at once, or a few joints anywhere.
 LIMBS = {"Hand": 0.30, "ForeArm": 0.10, "Foot": 0.18, "Leg": 0.08}
-HEAD, TWO, ANY = 0.04, 0.22, 0.08
+HEAD, TWO, ANY = 0.04, 0.20, 0.10
 #: Sets of `ANY` joints, and the largest.
-SETS, LARGEST = 24, 8
+SETS, LARGEST = 200, 8
 #: Frames from one key to the next; the share of keys at irregular distances, and the largest of these; the share of
 #: frames with keys on one side only.
 DISTANCES, IRREGULAR, WIDEST, ONE_SIDED = (3, 25), 0.25, 45, 0.12

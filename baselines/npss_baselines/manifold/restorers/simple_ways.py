@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import lru_cache
-
 import numpy as np
 
 from npss_baselines.manifold.applications.corrupt import Corrupted
@@ -18,8 +15,11 @@ from npss_baselines.manifold.restorers.key_ridge import fit_key_ridge
 from npss_baselines.manifold.restorers.restorer import Restorer
 from npss_baselines.manifold.restorers.smoothing import Smoothing
 
-#: The names of the simple ways.
-NAMES = ("linear", "pchip", "hermite", "smoothing", "pose-gaussian", "kernel-ridge", "key-ridge", "gaussian")
+#: The names of the simple ways. The second kernel ridge regression scales each feature by itself.
+NAMES = (
+    *("linear", "pchip", "hermite", "smoothing"),
+    *("pose-gaussian", "kernel-ridge", "kernel-ridge-2", "key-ridge", "gaussian"),
+)
 #: The ridge of the pose's Gaussian, as a share of the mean variance: the best on validation subjects.
 POSE_RIDGE = 1e-3
 
@@ -36,30 +36,38 @@ class SimpleWays:
     def __init__(self, training: MotionSet) -> None:
         self._training = training
         self.scaling = fit_scaling(training.windows, training.mask, "kind")
-        self._fitted = lru_cache(maxsize=None)(self._fit)
+        self._restorers: dict[str, Restorer] = {}
 
-    def of(self, left: Corrupted) -> Iterator[tuple[str, Restorer]]:
-        """Yield the name and the restorer of each simple way that fits what is lost."""
-        if np.any(left.noise):
-            yield "linear", Interpolation("linear")
-            yield "smoothing", Smoothing()
-        elif (~left.known).all(axis=1).any():  # features are lost throughout a window
-            yield "pose-gaussian", self._fitted("pose-gaussian")
-            yield "kernel-ridge", self._fitted("kernel-ridge")
-        else:
-            yield "linear", Interpolation("linear")
-            yield "pchip", Interpolation("pchip")
-            yield "hermite", Interpolation("hermite")
-            if (left.known == left.known[..., :1]).all():  # whole frames are
-                yield "key-ridge", self._fitted("key-ridge")
-        yield "gaussian", self._fitted("gaussian")
+    def __getitem__(self, name: str) -> Restorer:
+        """Return a simple way by name."""
+        if name not in self._restorers:
+            self._restorers[name] = self._fit(name)
+        return self._restorers[name]
+
+    def of(self, left: Corrupted) -> dict[str, Restorer]:
+        """Return the simple ways that fit what is lost, by name."""
+        return {name: self[name] for name in names_for(left)}
 
     def _fit(self, name: str) -> Restorer:
         windows, mask = self._training.windows, self._training.mask
+        if name in ("linear", "pchip", "hermite"):
+            return Interpolation(name)
+        if name == "smoothing":
+            return Smoothing()
         if name == "pose-gaussian":
             return Conditional(fit_gaussian(windows, mask, self.scaling, span=1, ridge=POSE_RIDGE))
-        if name == "kernel-ridge":
-            return fit_kernel_ridge(windows, mask, self.scaling)
+        if name in ("kernel-ridge", "kernel-ridge-2"):
+            return fit_kernel_ridge(windows, mask, scale="kind" if name == "kernel-ridge" else "feature")
         if name == "key-ridge":
             return fit_key_ridge(windows, mask, self.scaling)
         return Conditional(fit_gaussian(windows, mask, self.scaling))
+
+
+def names_for(left: Corrupted) -> list[str]:
+    """Return the names of the simple ways that fit what is lost."""
+    if np.any(left.noise):
+        return ["linear", "smoothing", "gaussian"]
+    if (~left.known).all(axis=1).any():  # features are lost throughout a window
+        return ["pose-gaussian", "kernel-ridge", "kernel-ridge-2", "gaussian"]
+    of_keys = ["key-ridge"] if (left.known == left.known[..., :1]).all() else []  # whole frames are
+    return ["linear", "pchip", "hermite", *of_keys, "gaussian"]

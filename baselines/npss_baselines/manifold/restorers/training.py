@@ -27,6 +27,8 @@ from npss_baselines.manifold.restorers.samples import CameraSampler, FillSampler
 
 #: The ridge of the pose's Gaussian, as a share of the mean variance.
 POSE_RIDGE = 1e-3
+#: Samples by which inputs are standardised, and the smallest deviation that counts.
+EXAMPLE, SMALLEST = 4096, 0.02
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Recipe:
     width: int
     dropout: float
     steps: int
-    batch: int = 1024
+    batch: int = 512
     lr: float = 1e-3
     decay: float = 0.01
 
@@ -69,10 +71,10 @@ class Settings:
         Windows that the Gaussian restores for ``camera``.
     """
 
-    fill: Recipe = Recipe(192, 0.35, 1200)
-    keys: Recipe = Recipe(192, 0.1, 1200)
-    camera: Recipe = Recipe(160, 0.1, 1000)
-    windows: int = 1000
+    fill: Recipe = Recipe(192, 0.35, 1000)
+    keys: Recipe = Recipe(192, 0.1, 1000)
+    camera: Recipe = Recipe(160, 0.1, 800)
+    windows: int = 500
 
 
 DEFAULT = Settings()
@@ -155,7 +157,10 @@ def train_net(
     """
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(int(rng.integers(2**31)))
-        n_inputs = sampler.draw(64, rng).inputs.shape[1]
+        example = sampler.draw(EXAMPLE, rng).inputs
+        centre, spread = example.mean(axis=0), np.maximum(example.std(axis=0), SMALLEST)
+        standard = torch.from_numpy(centre), torch.from_numpy(1 / spread)
+        n_inputs = len(centre)
         layers: list[nn.Module] = []
         for before, after in ((n_inputs, recipe.width), (recipe.width, recipe.width)):
             layers += [nn.Linear(before, after), nn.ReLU(), nn.Dropout(recipe.dropout)]
@@ -178,7 +183,8 @@ def train_net(
                 sums = torch.bincount(kind, first, minlength=sampler.n_kinds)
                 mean = sums / counts.clamp(min=1)
                 scale = torch.where(counts > 0, torch.where(scale > 0, 0.98 * scale + 0.02 * mean, mean), scale)
-                change = network(torch.from_numpy(samples.inputs)) * torch.from_numpy(samples.amount)
+                inputs = (torch.from_numpy(samples.inputs) - standard[0]) * standard[1]
+                change = network(inputs) * torch.from_numpy(samples.amount)
                 error = measure(samples, change)
                 loss = (error / scale[kind]).mean()
                 optimizer.zero_grad()
@@ -190,10 +196,11 @@ def train_net(
                 progress((step + 1) / recipe.steps)
         report(f"{case}: {np.mean(gained[-50:]):.3f} of the first guess's error on training samples, with dropout")
     linear = [layer for layer in network if isinstance(layer, nn.Linear)]
-    return Net(
-        tuple(layer.weight.detach().numpy().T.copy() for layer in linear),
-        tuple(layer.bias.detach().numpy().copy() for layer in linear),
-    )
+    weights = [layer.weight.detach().numpy().T.copy() for layer in linear]
+    biases = [layer.bias.detach().numpy().copy() for layer in linear]
+    weights[0] /= spread[:, np.newaxis]  # the network takes the inputs as they are
+    biases[0] -= centre @ weights[0]
+    return Net(tuple(weights), tuple(biases))
 
 
 class Distance:
