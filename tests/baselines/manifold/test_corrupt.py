@@ -155,7 +155,60 @@ class TestKinect:
             corrupt.kinect(windows(features=9), JOINTS, seed=0)
 
 
-@pytest.mark.parametrize("name", ["zeros", "missing", "stepped_keys", "kinect"])
+class TestNoise:
+    def test_it_is_the_deviation_of_what_the_camera_sees(self):
+        still = np.zeros((200, 160, F))
+        left = corrupt.kinect(still, JOINTS, seed=0)
+        fresh = left.known & np.roll(left.known, 1, axis=1)  # a held value repeats
+        deviation = np.sqrt(np.where(fresh, left.features**2, 0).sum(axis=(0, 1)) / fresh.sum(axis=(0, 1)))
+        np.testing.assert_allclose(left.noise, deviation, rtol=0.05)
+
+    def test_noisy_values_are_not_exact(self):
+        left = corrupt.kinect(windows(), JOINTS, seed=0)
+        assert not left.exact[..., 3:].any()
+        exact = corrupt.zeros(windows(), MEAN, seed=0)
+        assert np.array_equal(exact.exact, exact.known)
+
+
+class TestStructured:
+    @pytest.fixture
+    def left(self):
+        return corrupt.structured(windows(400), MEAN, JOINTS, seed=0)
+
+    def test_known_values_are_the_motion_and_lost_ones_the_mean(self, left):
+        exact = ~self.of_camera(left)
+        motion = windows(400)
+        assert np.array_equal(left.features[exact], np.where(left.known, motion, MEAN)[exact])
+
+    def of_camera(self, left):
+        """Only the camera changes values that it sees."""
+        return (np.where(left.known, left.features - windows(400), 0) != 0).any(axis=(1, 2))
+
+    def test_each_way_is_as_frequent(self, left):
+        whole = ~left.known.any(axis=2)  # frames
+        at_random = (left.known.any(axis=2) & ~left.known.all(axis=2)).all(axis=1)
+        camera = self.of_camera(left)
+        period = np.array([len(set(np.diff(np.flatnonzero(~frames)))) == 1 and frames.any() for frames in whole])
+        keys, spans = period & whole[:, :26].any(axis=1), whole.any(axis=1) & ~period
+        limbs = ~left.known.all(axis=(1, 2)) & ~whole.any(axis=1) & ~camera
+        for share in (keys.mean(), spans.mean(), camera.mean(), (limbs | at_random).mean() / 2):
+            assert share == pytest.approx(0.2, abs=0.06)
+
+    def test_limbs_are_whole(self, left):
+        """Where single joints are lost, their coordinates are lost together, with all joints below."""
+        joints = left.known[..., :-3].reshape(400, 160, 20, 3)
+        whole = (joints.all(axis=3) == joints.any(axis=3)).all(axis=(1, 2)) & ~self.of_camera(left)
+        seen = joints[whole].all(axis=3)
+        for joint, parent in enumerate(JOINTS.parents):
+            if JOINTS.names[joint] in ("LeftHandIndex", "RightHandIndex", "LeftToeBase", "RightToeBase"):
+                assert not (seen[..., joint] & ~seen[..., parent]).any()
+
+    def test_same_seed_same_result(self):
+        first, again = (corrupt.structured(windows(10), MEAN, JOINTS, seed=5) for _ in range(2))
+        assert np.array_equal(first.features, again.features)
+
+
+@pytest.mark.parametrize("name", ["zeros", "missing", "stepped_keys", "kinect", "structured"])
 def test_bad_input(name):
     rng = np.random.default_rng(0)
     function = {
@@ -163,6 +216,7 @@ def test_bad_input(name):
         "missing": lambda features, mean=MEAN: corrupt.missing(features, mean, joints=[1]),
         "stepped_keys": lambda features: corrupt.stepped_keys(features),
         "kinect": lambda features: corrupt.kinect(features, JOINTS, seed=rng),
+        "structured": lambda features, mean=MEAN: corrupt.structured(features, mean, JOINTS, seed=rng),
     }[name]
     with pytest.raises(ValueError, match=r"features: expected shape \(n, T, F\)"):
         function(np.zeros((160, F)))
@@ -170,7 +224,7 @@ def test_bad_input(name):
         function(np.full((1, 2, F), np.nan))
     with pytest.raises(TypeError, match="features: expected real numbers"):
         function(np.zeros((1, 2, F), bool))
-    if name in ("zeros", "missing"):
+    if name in ("zeros", "missing", "structured"):
         with pytest.raises(ValueError, match=r"mean: expected shape \(F,\) = \(63,\)"):
             function(windows(), MEAN[1:])
     motion = windows()
