@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from npss.skeleton import Skeleton
-from npss.validation import Float64
+from npss.validation import Array, Float64
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.model.gaussian import SpanGaussian
@@ -62,7 +62,7 @@ class ByCase:
     @property
     def signature(self) -> str:
         """The identity of all networks and Gaussians, to the bit."""
-        arrays = [self.fill.pose.mean, self.fill.pose.covariance]
+        arrays: list[Array] = [self.fill.pose.mean, self.fill.pose.covariance]
         for case in (self.fill, self.keys, self.camera):
             for net in case.nets:
                 arrays += [*net.weights, *net.biases]
@@ -89,7 +89,7 @@ class ByCase:
                 continue
             filled = self.fill.restore(motion, joints, self.skeleton)
             chosen = np.flatnonzero((missing == joints).all(axis=1))
-            away = _distances(absent[:, joints].any(axis=1))[chosen]
+            away = _distances(np.any(absent[:, joints], axis=1))[chosen]
             share = np.clip((away - 1) / FADE, 0, 1)[:, np.newaxis]
             at = np.ix_(chosen, np.flatnonzero(np.repeat(joints, 3)))
             motion[at] = share * filled[at] + (1 - share) * motion[at]
@@ -98,7 +98,7 @@ class ByCase:
 def _absent(known: npt.NDArray[np.bool_], gap: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """Return the joints ``(T, J)`` of which no value is known; in a gap, those absent before and after it."""
     frames = len(known)
-    absent = ~known[:, :-VELOCITIES].reshape(frames, -1, 3).any(axis=2)
+    absent: npt.NDArray[np.bool_] = ~np.any(known[:, :-VELOCITIES].reshape(frames, -1, 3), axis=2)
     inside = np.flatnonzero(~gap)
     after = np.searchsorted(inside, np.arange(frames))
     before, behind = (inside[np.clip(number, 0, len(inside) - 1)] for number in (after - 1, after))
@@ -114,7 +114,7 @@ def _runs(flags: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
     return lengths
 
 
-def _distances(flags: npt.NDArray[np.bool_]) -> Float64:
+def _distances(flags: Array) -> Float64:
     """Return for each frame the distance to the nearest one where the flag is False; infinite if there is none."""
     known = np.flatnonzero(~flags)
     if not len(known):

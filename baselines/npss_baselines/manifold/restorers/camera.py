@@ -57,7 +57,9 @@ class Camera:
         return self.scaling.unnormalize(scaled)
 
 
-def inputs_of(mean: Array, observed: Array, known: Array, frames: Array, ends: tuple[Array, Array]) -> Float32:
+def inputs_of(
+    mean: Array, observed: Array, known: Array, frames: Array, ends: tuple[Array | int, Array | int]
+) -> Float32:
     """Return what the networks see of scaled motion ``(T, F)`` at some frames ``(n,)``.
 
     Parameters

@@ -95,8 +95,8 @@ def save(path: Path, restorer: ByCase) -> None:
         if not np.isfinite(array).all():
             raise ValueError(f"restorer: {name} has values that are not finite in half precision")
     header = {"version": VERSION, "span": restorer.gaussian.span, "nets": counts, "seen": restorer.seen}
-    text = np.array(json.dumps(header))
-    write_stream_atomically(path, lambda stream: np.savez_compressed(stream, header=text, **arrays))
+    arrays["header"] = np.array(json.dumps(header))
+    write_stream_atomically(path, lambda stream: np.savez_compressed(stream, allow_pickle=False, **arrays))
 
 
 def load(path: Path) -> ByCase:

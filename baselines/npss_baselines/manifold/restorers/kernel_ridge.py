@@ -105,5 +105,7 @@ def fit_kernel_ridge(
 
 def _squares(first: Float64, second: Float64) -> Float64:
     """Return the squared distances of all pairs of rows."""
-    squares = np.square(first).sum(axis=1)[:, np.newaxis] + np.square(second).sum(axis=1) - 2 * first @ second.T
-    return np.maximum(squares, 0)
+    squares: Float64 = (
+        np.square(first).sum(axis=1)[:, np.newaxis] + np.square(second).sum(axis=1) - 2 * first @ second.T
+    )
+    return np.maximum(squares, 0, out=squares)

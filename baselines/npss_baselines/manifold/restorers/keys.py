@@ -19,6 +19,8 @@ from npss_baselines.manifold.restorers.net import Float32, Net, mean_of
 
 #: The unit of times, in frames.
 UNIT = 15.0
+#: The furthest distance from a key, in frames, that networks are trained on.
+FURTHEST = 25
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +54,10 @@ class Keys:
         )
         restored = motion.copy()
         restored[asked] = (first + mirror_image(second, skeleton)) / 2
-        return with_lengths(
+        possible: Float64 = with_lengths(
             restored[np.newaxis], np.broadcast_to(known[:, np.newaxis], motion.shape)[np.newaxis], skeleton
         )[0]
+        return possible
 
     def _restored(self, keys: Float64, times: Float64, there: npt.NDArray[np.bool_]) -> Float64:
         curve = cubic(keys, times, there)
@@ -62,7 +65,7 @@ class Keys:
         return self.scaling.unnormalize(curve + amount_of(times, there)[:, np.newaxis] * change)
 
 
-def cubic(keys: Float64, times: Float64, there: npt.NDArray[np.bool_]) -> Float64:
+def cubic(keys: Array, times: Float64, there: npt.NDArray[np.bool_]) -> Float64:
     """Return the value at time 0 of the cubic through the second and the third of four keys.
 
     Its slopes are those of the parabola through three keys, or of the line where only two exist; where there is no key
@@ -97,12 +100,13 @@ def cubic(keys: Float64, times: Float64, there: npt.NDArray[np.bool_]) -> Float6
 
 
 def amount_of(times: Float64, there: npt.NDArray[np.bool_]) -> Float64:
-    """Return the size of corrections ``(n,)``: small near a key."""
+    """Return the size of corrections ``(n,)``: small near a key, and none beyond twice `FURTHEST`."""
     away = np.where(there, np.abs(times), np.inf)[:, 1:3].min(axis=1)
-    return np.clip(0.015 * away**1.5, 0.005, 1.0)
+    amount: Float64 = np.clip(0.015 * away**1.5, 0.005, 1.0) * np.clip(2 - away / FURTHEST, 0, 1)
+    return amount
 
 
-def inputs_of(keys: Float64, curve: Float64, times: Float64, there: npt.NDArray[np.bool_]) -> Float32:
+def inputs_of(keys: Array, curve: Float64, times: Float64, there: npt.NDArray[np.bool_]) -> Float32:
     """Return what the networks see: differences of keys, the cubic, times, and which keys there are."""
     n = len(keys)
     nearest = np.where(there[:, 1:2], keys[:, 1], keys[:, 2])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -79,9 +79,7 @@ class Settings:
 
 DEFAULT = Settings()
 #: To try it out.
-QUICK = Settings(
-    *(replace(recipe, steps=20, batch=64) for recipe in (DEFAULT.fill, DEFAULT.keys, DEFAULT.camera)), windows=10
-)
+QUICK = Settings(Recipe(16, 0.1, 20, 64), Recipe(16, 0.1, 20, 64), Recipe(16, 0.1, 20, 64), windows=10)
 
 
 def train_restorer(
@@ -164,8 +162,8 @@ def train_net(
         layers: list[nn.Module] = []
         for before, after in ((n_inputs, recipe.width), (recipe.width, recipe.width)):
             layers += [nn.Linear(before, after), nn.ReLU(), nn.Dropout(recipe.dropout)]
-        network = nn.Sequential(*layers, nn.Linear(recipe.width, sampler.outputs))
-        last = network[-1]
+        last = nn.Linear(recipe.width, sampler.outputs)
+        network = nn.Sequential(*layers, last)
         nn.init.zeros_(last.weight)  # the first guess, at first
         nn.init.zeros_(last.bias)
         optimizer = torch.optim.AdamW(network.parameters(), lr=recipe.lr, weight_decay=recipe.decay)
@@ -225,11 +223,12 @@ class Distance:
         distances = (squares + 1e-10).sqrt() * missing
         mean = distances.sum(1) / missing.sum(1)
         if change is not None and change.shape[1] == guess.shape[1]:  # velocities count little
-            mean = mean + 0.1 * (guess - torch.from_numpy(samples.truth))[:, -3:].abs().mean(1) * self._scale[0]
+            mean = mean + 0.02 * (guess - torch.from_numpy(samples.truth))[:, -3:].abs().mean(1) * self._scale[0]
         return mean
 
     def _positions(self, scaled: Tensor) -> Tensor:
-        return (scaled * self._scale + self._mean)[:, :-3].unflatten(1, (-1, 3))
+        positions = (scaled * self._scale + self._mean)[:, :-3]
+        return positions.reshape(len(scaled), -1, 3)
 
     def _with_lengths(self, joints: Tensor, missing: Tensor) -> Tensor:
         """Give bones that end in missing joints the skeleton's lengths, from the root outwards."""
