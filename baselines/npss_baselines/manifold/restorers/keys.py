@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from npss.skeleton import Skeleton
-from npss.validation import Float64
+from npss.validation import Array, Float64
 from npss_baselines.manifold.applications.simple import with_lengths
 from npss_baselines.manifold.motion.mirror import mirror_image
 from npss_baselines.manifold.motion.scaling import Scaling

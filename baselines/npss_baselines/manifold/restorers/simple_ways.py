@@ -50,7 +50,7 @@ class SimpleWays:
 
     def _fit(self, name: str) -> Restorer:
         windows, mask = self._training.windows, self._training.mask
-        if name == "linear" or name == "pchip" or name == "hermite":  # noqa: PLR1714 - for the type
+        if name == "linear" or name == "pchip" or name == "hermite":
             return Interpolation(name)
         if name == "smoothing":
             return Smoothing()
