@@ -18,7 +18,7 @@ from npss_baselines.manifold.restorers import by_case, file, keys
 from npss_baselines.manifold.restorers.alternating import Alternating
 from npss_baselines.manifold.restorers.interpolation import Interpolation
 from npss_baselines.manifold.restorers.kernel_ridge import KernelRidge
-from npss_baselines.manifold.restorers.key_ridge import KeyRidge, fit_key_ridge
+from npss_baselines.manifold.restorers.key_ridge import fit_key_ridge
 from npss_baselines.manifold.restorers.net import Net
 from npss_baselines.manifold.restorers.simple_ways import NAMES, SimpleWays
 from npss_baselines.manifold.restorers.smoothing import Smoothing
@@ -156,11 +156,10 @@ class TestKeyRidge:
         left = corrupt.stepped_keys(first, every=10)
         assert restorer.restore(left)[:, 11:20, -3:] == pytest.approx(first[:, 11:20, -3:], abs=1e-3)
 
-    def test_other_keys_are_refused(self, windows, simple):
-        restorer = simple["key-ridge"]
-        assert isinstance(restorer, KeyRidge)
-        with pytest.raises(ValueError, match=r"^left: expected every 15th frame"):
-            restorer.restore(corrupt.stepped_keys(windows.features, every=7))
+    def test_between_other_keys_it_is_linear(self, windows, simple):
+        left = corrupt.stepped_keys(windows.features, every=7)
+        linear = Interpolation("linear").restore(left)
+        np.testing.assert_allclose(simple["key-ridge"].restore(left), linear, atol=1e-12)
 
 
 class TestAlternating:

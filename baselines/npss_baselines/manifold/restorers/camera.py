@@ -19,11 +19,9 @@ from npss_baselines.manifold.restorers.net import Float32, Net, mean_of
 from npss_baselines.manifold.restorers.restorer import with_bones
 
 #: The frames that the networks see, from the one to restore: the Gaussian's mean, the camera's values, and what it saw.
-OFFSETS, CLOSE, SEEN = (
-    np.array([-12, -7, -4, -2, -1, 0, 1, 2, 4, 7, 12]),
-    np.array([-1, 0, 1]),
-    np.array([-7, -3, 0, 3, 7]),
-)
+OFFSETS = np.array([-12, -7, -4, -2, 0, 2, 4, 7, 12])
+CLOSE = np.array([-6, -3, -1, 0, 1, 3, 6])
+SEEN = np.array([-12, -6, -2, 0, 2, 6, 12])
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from npss.skeleton import Skeleton
 from npss.validation import Float64
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.corrupt import EVERY, Corrupted
+from npss_baselines.manifold.applications.simple import interpolated
 from npss_baselines.manifold.motion.scaling import Scaling
 from npss_baselines.manifold.restorers.digest import digest_of
 from npss_baselines.manifold.restorers.restorer import with_bones
@@ -21,7 +22,7 @@ RIDGE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class KeyRidge:
-    """Ridge regression on four keys, as a `Restorer` of stepped keys at a fixed distance.
+    """Ridge regression on four keys, as a `Restorer` of keys at a fixed distance.
 
     Attributes
     ----------
@@ -43,27 +44,24 @@ class KeyRidge:
         return f"key-ridge-{digest_of(self.weights)}"
 
     def restore(self, left: Corrupted) -> Float64:
-        """Restore motion; see `Restorer`. After the last key, it is held.
+        """Restore motion; see `Restorer`.
 
-        Raises
-        ------
-        ValueError
-            If other frames are known than every n-th of the fit.
+        Frames between keys at another distance are interpolated linearly; before the first key and after the last, it
+        is held.
         """
-        every, n_frames = len(self.weights) + 1, left.features.shape[1]
-        keys = np.arange(0, n_frames, every)
-        expected = np.isin(np.arange(n_frames), keys)[:, np.newaxis]
-        if not (left.known == expected).all():
-            raise ValueError(f"left: expected every {every}th frame as known, from the first on, and no other")
+        every = len(self.weights) + 1
+        restored = interpolated(left)
         scaled = self.scaling.normalize(left.features)
-        at = scaled[:, keys]
-        around = np.concatenate([at[:, :1], at, at[:, -1:]], axis=1)  # the first and the last key count twice
-        scaled[:, keys[-1] + 1 :] = at[:, -1:]
-        for offset, weights in enumerate(self.weights, 1):
-            frames = keys[:-1] + offset
-            given = np.concatenate([around[:, i : i + len(frames)] for i in range(4)], axis=2)
-            scaled[:, frames] = given @ weights[:-1] + weights[-1]
-        return with_bones(np.where(left.known, left.features, self.scaling.unnormalize(scaled)), left, self.skeleton)
+        for motion, given, known in zip(restored, scaled, left.known.all(axis=2), strict=True):
+            keys = np.flatnonzero(known)
+            if not len(keys):
+                continue
+            around = np.concatenate([keys[:1], keys, keys[-1:]])  # the first and the last key count twice
+            for number in np.flatnonzero(np.diff(keys) == every):
+                beside = given[around[number : number + 4]].reshape(-1)
+                between = slice(keys[number] + 1, keys[number + 1])
+                motion[between] = self.scaling.unnormalize(beside @ self.weights[:, :-1] + self.weights[:, -1])
+        return with_bones(restored, left, self.skeleton)
 
 
 def fit_key_ridge(

@@ -24,13 +24,15 @@ from npss_baselines.manifold.restorers.net import Float32
 Bools = npt.NDArray[np.bool_]
 
 #: Limbs that are missing, and how often: alone, two ends of limbs at once, or a few joints anywhere.
-LIMBS = {"Hand": 0.30, "ForeArm": 0.10, "Foot": 0.18, "Leg": 0.08}
-HEAD, TWO, ANY = 0.04, 0.20, 0.10
+LIMBS = {"Hand": 0.45, "ForeArm": 0.08, "Foot": 0.15, "Leg": 0.06}
+HEAD, TWO, ANY = 0.02, 0.18, 0.06
 #: Sets of `ANY` joints, and the largest.
 SETS, LARGEST = 200, 8
 #: Frames from one key to the next; the share of keys at irregular distances, and the largest of these; the share of
 #: frames with keys on one side only.
 DISTANCES, IRREGULAR, WIDEST, ONE_SIDED = (3, 25), 0.25, 45, 0.12
+#: Frames of a window that the Gaussian restores for the networks of the camera.
+PIECE = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +154,10 @@ class KeysSampler:
 
 
 class CameraSampler:
-    """Frames seen by a noisy camera; see `npss_baselines.manifold.restorers.camera`."""
+    """Frames seen by a noisy camera; see `npss_baselines.manifold.restorers.camera`.
+
+    The Gaussian restores a piece of each window, and samples are of frames that have neighbours on both sides.
+    """
 
     n_kinds = 1
 
@@ -161,26 +166,34 @@ class CameraSampler:
     ) -> None:
         chosen = _windows(motions, skeleton, windows, rng)
         scaling = gaussian.scaling
-        means, observed, known = [], [], []
+        shape = (windows, PIECE, chosen.shape[-1])
+        self._truth, self._mean, self._observed = (np.empty(shape, np.float32) for _ in range(3))
+        self._known = np.empty(shape, bool)
         with Progress("restoring windows by the Gaussian") as progress:
-            for done, window in enumerate(chosen, 1):
+            for i, window in enumerate(chosen):
                 left = kinect(window[np.newaxis], skeleton, seed=rng)
-                mean = gaussian.restore(left.features, left.known, noise=left.noise)
-                means.append(scaling.normalize(mean)[0].astype(np.float32))
-                seen = scaling.normalize(np.where(left.known, left.features, mean))
-                observed.append(seen[0].astype(np.float32))
-                known.append(left.known[0])
-                progress(done / len(chosen))
-        self._mean, self._observed, self._known = map(np.concatenate, (means, observed, known))
-        self._truth = scaling.normalize(chosen.reshape(-1, chosen.shape[-1])).astype(np.float32)
+                start = int(rng.integers(WINDOW - PIECE + 1))
+                piece = slice(start, start + PIECE)
+                features, known = left.features[:, piece], left.known[:, piece]
+                mean = gaussian.restore(features, known, noise=left.noise)
+                self._truth[i] = scaling.normalize(window[piece])
+                self._mean[i] = scaling.normalize(mean[0])
+                self._observed[i] = scaling.normalize(np.where(known, features, mean)[0])
+                self._known[i] = known[0]
+                progress((i + 1) / windows)
+        flat = (-1, shape[2])
+        self._truth, self._mean, self._observed, self._known = (
+            values.reshape(flat) for values in (self._truth, self._mean, self._observed, self._known)
+        )
+        self._margin = int(np.abs(camera.OFFSETS).max())
         self._n_joints = len(skeleton.names)
         self.outputs = self._truth.shape[1]
 
     def draw(self, n: int, rng: np.random.Generator) -> Samples:
         """Draw samples."""
-        frames = rng.integers(len(self._truth), size=n)
-        first = frames - frames % WINDOW
-        inputs = camera.inputs_of(self._mean, self._observed, self._known, frames, (first, first + WINDOW - 1))
+        first = PIECE * rng.integers(len(self._truth) // PIECE, size=n)
+        frames = first + rng.integers(self._margin, PIECE - self._margin, n)
+        inputs = camera.inputs_of(self._mean, self._observed, self._known, frames, (first, first + PIECE - 1))
         return Samples(
             inputs,
             self._mean[frames],

@@ -71,10 +71,10 @@ class Settings:
         Windows that the Gaussian restores for ``camera``.
     """
 
-    fill: Recipe = Recipe(192, 0.35, 1000)
-    keys: Recipe = Recipe(192, 0.1, 1000)
-    camera: Recipe = Recipe(160, 0.1, 800)
-    windows: int = 500
+    fill: Recipe = Recipe(256, 0.2, 1200, lr=2e-3)
+    keys: Recipe = Recipe(192, 0.25, 1000, lr=2e-3, decay=0.05)
+    camera: Recipe = Recipe(160, 0.2, 900)
+    windows: int = 3000
 
 
 DEFAULT = Settings()
