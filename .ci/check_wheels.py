@@ -26,6 +26,8 @@ for name, package in (("npss_metric", "npss"), ("npss_baselines", "npss_baseline
             assert {("zero-velocity", "walking", "npss"), ("repeat-50", "smoking", "euler_error")} <= {
                 (row["model"], row["action"], row["metric"]) for row in rows
             }, rows[:3]
+        else:
+            assert "npss_baselines/manifold/restorers/restorer.npz" in files
         metadata = Parser().parsestr(wheel.read(f"{info}/METADATA").decode())
     requirements = metadata.get_all("Requires-Dist")
     always = [line for line in requirements if "extra ==" not in line]

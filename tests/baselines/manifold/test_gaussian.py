@@ -26,7 +26,7 @@ def fitted(windows, **options):
 
 
 def test_it_has_the_mean_and_covariance_of_all_spans(windows):
-    model = fitted(windows, span=8, ridge=1e-9)
+    model = fitted(windows, span=8, ridge=1e-9, offset=0, sway=0)
     scaled = model.scaling.normalize(windows)
     rows = np.concatenate([scaled[:, start : start + 8].reshape(len(windows), -1) for start in range(0, 41, 2)])
     np.testing.assert_allclose(model.mean, rows.mean(axis=0), atol=1e-12)
@@ -117,3 +117,14 @@ def test_what_cannot_be_fitted_is_refused(windows):
         fit_gaussian(windows, np.zeros(windows.shape[:2]), Scaling(np.zeros(F), np.ones(F)))
     with pytest.raises(ValueError, match=r"^ridge: expected a positive number, got 0"):
         fitted(windows, ridge=0)
+
+
+def test_motion_at_another_place_is_restored_almost_as_well(windows):
+    """Without the offset, the covariance of training motion forbids other places."""
+    other = windows + np.array([3.0, 0.0, 0.0])
+    known = np.random.default_rng(3).random(other.shape) < 0.5
+    errors = []
+    for offset in (0.0, 0.02):
+        restored = fitted(windows, span=8, offset=offset, sway=0).restore(other, known)
+        errors.append(np.abs(restored - other)[~known].mean())
+    assert errors[1] < errors[0] / 2

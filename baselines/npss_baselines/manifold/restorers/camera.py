@@ -12,6 +12,7 @@ import numpy as np
 from npss.skeleton import Skeleton
 from npss.validation import Array, Float64
 from npss_baselines.manifold.applications.corrupt import Corrupted
+from npss_baselines.manifold.applications.simple import interpolated
 from npss_baselines.manifold.motion.features import VELOCITIES
 from npss_baselines.manifold.motion.mirror import exchange_sides, mirror_image
 from npss_baselines.manifold.motion.scaling import Scaling
@@ -48,7 +49,7 @@ class Camera:
 
     def _restored(self, left: Corrupted, mean: Float64) -> Float64:
         scaled = self.scaling.normalize(mean)
-        observed = self.scaling.normalize(np.where(left.known, left.features, mean))
+        observed = self.scaling.normalize(interpolated(left))
         for motion, seen, known in zip(scaled, observed, left.known, strict=True):
             frames = np.arange(len(motion))
             motion += mean_of(self.nets, inputs_of(motion, seen, known, frames, (0, len(frames) - 1)))
@@ -65,7 +66,7 @@ def inputs_of(
     mean : (T, F) ndarray
         The Gaussian's mean.
     observed : (T, F) ndarray
-        What the camera saw, or else the mean.
+        What the camera saw, interpolated in time.
     known : (T, F) ndarray of bool
         What it saw.
     frames : (n,) ndarray of int

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from npss.console import Progress
 from npss.skeleton import Skeleton
 from npss_baselines.manifold.applications.corrupt import branch, kinect
+from npss_baselines.manifold.applications.simple import interpolated
 from npss_baselines.manifold.model.gaussian import SpanGaussian
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.mirror import mirror_image
@@ -178,7 +179,7 @@ class CameraSampler:
                 mean = gaussian.restore(features, known, noise=left.noise)
                 self._truth[i] = scaling.normalize(window[piece])
                 self._mean[i] = scaling.normalize(mean[0])
-                self._observed[i] = scaling.normalize(np.where(known, features, mean)[0])
+                self._observed[i] = scaling.normalize(interpolated(left)[0, piece])
                 self._known[i] = known[0]
                 progress((i + 1) / windows)
         flat = (-1, shape[2])
