@@ -216,7 +216,7 @@ class TestKeys:
         np.testing.assert_allclose(curve[:, -3:], restored[asked], atol=1e-12)
 
     def test_without_networks_output_it_is_the_cubic_held_at_ends(self, simple, windows):
-        nothing = Net((np.zeros((390, 63), np.float32),), (np.zeros(63, np.float32),))
+        nothing = Net((np.zeros((391, 63), np.float32),), (np.zeros(63, np.float32),))
         known = np.zeros(160, bool)
         known[[20, 40]] = True
         motion = windows.features[0]

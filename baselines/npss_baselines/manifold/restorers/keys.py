@@ -19,6 +19,8 @@ from npss_baselines.manifold.restorers.net import Float32, Net, mean_of
 
 #: The unit of times, in frames.
 UNIT = 15.0
+#: Added to the motion of keys, in scaled units: corrections of slower motion are small.
+STILL = 0.02
 #: The furthest distance from a key, in frames, that networks are trained on.
 FURTHEST = 25
 
@@ -62,7 +64,7 @@ class Keys:
     def _restored(self, keys: Float64, times: Float64, there: npt.NDArray[np.bool_]) -> Float64:
         curve = cubic(keys, times, there)
         change = mean_of(self.nets, inputs_of(keys, curve, times, there))
-        return self.scaling.unnormalize(curve + amount_of(times, there)[:, np.newaxis] * change)
+        return self.scaling.unnormalize(curve + amount_of(keys, times, there) * change)
 
 
 def cubic(keys: Array, times: Float64, there: npt.NDArray[np.bool_]) -> Float64:
@@ -99,21 +101,38 @@ def cubic(keys: Array, times: Float64, there: npt.NDArray[np.bool_]) -> Float64:
     return both
 
 
-def amount_of(times: Float64, there: npt.NDArray[np.bool_]) -> Float64:
-    """Return the size of corrections ``(n,)``: small near a key, and none beyond twice `FURTHEST`."""
+def moved(keys: Array, there: npt.NDArray[np.bool_]) -> Float64:
+    """Return the root mean square ``(n, 1)`` of differences of keys ``(n, 4, F)`` from the nearest before, or after."""
+    nearest = np.where(there[:, 1:2], keys[:, 1], keys[:, 2])
+    squares = np.square(keys - nearest[:, np.newaxis]).mean(axis=2) * there
+    size: Float64 = np.sqrt(squares.sum(axis=1) / np.maximum(there.sum(axis=1) - 1, 1)) + STILL
+    return size[:, np.newaxis]
+
+
+def amount_of(keys: Array, times: Float64, there: npt.NDArray[np.bool_]) -> Float64:
+    """Return the size of corrections ``(n, 1)``: small near a key and in slow motion, none beyond twice `FURTHEST`."""
     away = np.where(there, np.abs(times), np.inf)[:, 1:3].min(axis=1)
-    amount: Float64 = np.clip(0.015 * away**1.5, 0.005, 1.0) * np.clip(2 - away / FURTHEST, 0, 1)
-    return amount
+    share: Float64 = np.clip(0.015 * away**1.5, 0.005, 1.0) * np.clip(2 - away / FURTHEST, 0, 1)
+    return share[:, np.newaxis] * moved(keys, there)
 
 
 def inputs_of(keys: Array, curve: Float64, times: Float64, there: npt.NDArray[np.bool_]) -> Float32:
-    """Return what the networks see: differences of keys, the cubic, times, and which keys there are."""
+    """Return what the networks see: differences of keys, relative to their size, the cubic, times, and which exist."""
     n = len(keys)
+    size = moved(keys, there)
     nearest = np.where(there[:, 1:2], keys[:, 1], keys[:, 2])
-    differences = np.where(there[..., np.newaxis], keys - nearest[:, np.newaxis], 0)
+    differences = np.where(there[..., np.newaxis], keys - nearest[:, np.newaxis], 0) / size[..., np.newaxis]
     when = np.where(there, times, 0) / UNIT
     gap = np.where(there[:, 1:3].all(axis=1), times[:, 2] - times[:, 1], UNIT)
     share = np.where(there[:, 1], -times[:, 1], 0) / gap
     waves = [np.sin(np.pi * share), np.sin(2 * np.pi * share), share, gap / UNIT]
-    parts = [nearest, differences.reshape(n, -1), curve - nearest, when, np.stack(waves, axis=1), there]
+    parts = [
+        nearest,
+        differences.reshape(n, -1),
+        (curve - nearest) / size,
+        np.log(size),
+        when,
+        np.stack(waves, 1),
+        there,
+    ]
     return np.concatenate(parts, axis=1).astype(np.float32)

@@ -148,7 +148,7 @@ class KeysSampler:
             keys.inputs_of(values, guess, times, there),
             guess.astype(np.float32),
             self.frames.scaled[drawn],
-            keys.amount_of(times, there)[:, np.newaxis].astype(np.float32),
+            keys.amount_of(values, times, there).astype(np.float32),
             np.ones((len(drawn), self._n_joints), bool),
             np.where(both, np.searchsorted([8, 13, 19, 26], gaps[:, 1], side="right"), 5),
         )
