@@ -72,7 +72,7 @@ class Settings:
     """
 
     fill: Recipe = Recipe(256, 0.2, 1200, lr=2e-3)
-    keys: Recipe = Recipe(192, 0.25, 1000, lr=2e-3, decay=0.05)
+    keys: Recipe = Recipe(256, 0.25, 1300, lr=2e-3, decay=0.05)
     camera: Recipe = Recipe(160, 0.2, 900)
     windows: int = 3000
 
