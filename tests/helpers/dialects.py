@@ -1,9 +1,17 @@
-"""Skeletons in the dialects of several programs, all in the same pose."""
+"""Skeletons in the dialects of several programs, all in the same pose, and motion on them."""
+
+from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from npss.skeleton import Skeleton
+from npss_baselines.data import mapping
+from npss_baselines.data.bvh import CHANNELS, Bvh
 from npss_baselines.data.motion import JOINTS, NAMES
+from npss_baselines.data.synthetic import synthetic_clips
+from npss_baselines.manifold.motion.bones import normalise_lengths
+from npss_baselines.manifold.motion.onto_skeleton import onto_skeleton
 
 #: For each dialect, chains of joints from the root on. A common joint is followed by ``=`` and its common name.
 CHAINS = {
@@ -83,3 +91,50 @@ def dialect(name):
     tree = [-1 if parents[joint] is None else names.index(parents[joint]) for joint in names]
     offsets = [places[joint] - (places[parents[joint]] if parents[joint] else 0) for joint in names]
     return Skeleton(names, tree, offsets), {meaning: common.get(meaning) for meaning in NAMES}
+
+
+def swaying(name, fps=60.0, seconds=2.0, size=100.0):
+    """Return smooth motion on the skeleton of a dialect, in centimetres, that turns and goes ahead."""
+    skeleton, _ = dialect(name)
+    rng = np.random.default_rng(0)
+    t = np.arange(round(seconds * fps)) / fps
+    n = len(skeleton.names)
+    phase, axes = rng.uniform(0, 6, n), rng.normal(size=(n, 3))
+    turns = 0.15 * np.sin(2 * np.pi * 0.8 * t[:, np.newaxis] + phase)[..., np.newaxis] * axes
+    rotations = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(len(t), n, 3, 3)
+    root = skeleton.parents.index(-1)
+    rotations[:, root] = Rotation.from_rotvec(np.outer(0.8 + 0.3 * t, [0, 1, 0])).as_matrix()
+    offsets = skeleton.offsets * size
+    translations = np.tile(offsets, (len(t), 1, 1))
+    translations[:, root, 2] += 90 * t
+    scaled = type(skeleton)(skeleton.names, skeleton.parents, offsets)
+    return Bvh(scaled, tuple(("Zrotation", "Xrotation", "Yrotation") for _ in range(n)), rotations, translations, fps)
+
+
+def resting(name, n_frames, fps=30.0, size=100.0):
+    """Return the rest pose on the skeleton of a dialect as a clip, in centimetres."""
+    skeleton, _ = dialect(name)
+    scaled = Skeleton(skeleton.names, skeleton.parents, skeleton.offsets * size)
+    turns = ("Zrotation", "Xrotation", "Yrotation")
+    channels = [turns if parent >= 0 else (*CHANNELS[:3], *turns) for parent in skeleton.parents]
+    rotations = np.tile(np.eye(3), (n_frames, len(channels), 1, 1))
+    return Bvh(scaled, tuple(channels), rotations, np.tile(scaled.offsets, (n_frames, 1, 1)), fps)
+
+
+def walking(name, n_frames=120, fps=30.0, size=100.0, seed=0):
+    """Return a generated walk on the skeleton of a dialect, in centimetres."""
+    rest = resting(name, n_frames, fps, size)
+    (clip,) = synthetic_clips(1, n_frames, seed=seed, fps=fps)
+    places = size * normalise_lengths(clip.positions, JOINTS)
+    joints = mapping.guess(rest.skeleton)
+    return onto_skeleton(places, rest, joints).motion
+
+
+def with_z_up(motion):
+    """Return a clip turned so that z is up."""
+    turn = Rotation.from_rotvec([np.pi / 2, 0, 0]).as_matrix()
+    root = motion.skeleton.parents.index(-1)
+    rotations, translations = motion.rotations.copy(), motion.translations.copy()
+    rotations[:, root] = turn @ rotations[:, root]
+    translations[:, root] = translations[:, root] @ turn.T
+    return replace(motion, rotations=rotations, translations=translations)

@@ -20,6 +20,8 @@ from npss.rotations import euler_to_matrix
 from npss.skeleton import Forward, Skeleton
 from npss.validation import Float64
 
+__all__ = ["CHANNELS", "Bvh", "read"]
+
 #: Most joints of a file, end sites included: no body has as many, and time grows with their square.
 MAX_JOINTS = 1000
 #: Largest absolute value of a length or an angle in degrees: beyond it, rotations lose their digits.
@@ -107,13 +109,16 @@ class Bvh:
         return self.skeleton.forward(self.rotations, offsets=self.translations)
 
 
-def read(path: str | os.PathLike[str]) -> Bvh:
+def read(path: str | os.PathLike[str], *, missing: bool = False) -> Bvh:
     """Read a BVH file.
 
     Parameters
     ----------
     path : path
         A UTF-8 file.
+    missing : bool, optional
+        Accept ``nan`` as the value of a channel: then the rotation or the translation of the joint is NaN in this
+        frame. By default, it is refused.
 
     Returns
     -------
@@ -143,14 +148,14 @@ def read(path: str | os.PathLike[str]) -> Bvh:
     file = Path(path)
     text = read_text(file)
     try:
-        return _parse(text.split("\n"), file)
+        return _parse(text.split("\n"), file, missing)
     except ValueError as error:
         raise ValueError(f"{file}: {error}") from error
 
 
-def _parse(lines: Sequence[str], file: Path) -> Bvh:
+def _parse(lines: Sequence[str], file: Path, missing: bool) -> Bvh:
     header = _read_header(lines)
-    rows = _read_rows(lines, header)
+    rows = _read_rows(lines, header, missing)
     if not len(rows) or abs(len(rows) - header.n_frames) > 1:
         raise ValueError(f"{len(rows)} frames, but the header says {header.n_frames}")
     if len(rows) != header.n_frames:
@@ -272,8 +277,8 @@ def _number(number: int, word: str) -> float:
     return value
 
 
-def _read_rows(lines: Sequence[str], header: _Header) -> Float64:
-    """Read the values of the channels, one frame per row."""
+def _read_rows(lines: Sequence[str], header: _Header, missing: bool) -> Float64:
+    """Read the values of the channels, one frame per row; NaN if they may be missing."""
     rows = lines[header.n_lines :]
     if any("#" in line or "//" in line for line in rows):
         rows = [_COMMENT.sub("", line) for line in rows]
@@ -282,19 +287,21 @@ def _read_rows(lines: Sequence[str], header: _Header) -> Float64:
     try:
         values: Float64 = np.loadtxt(rows, ndmin=2, comments=None)
     except ValueError:
-        _check_rows(rows, header)  # raises an error that names the line
+        _check_rows(rows, header, missing)  # raises an error that names the line
         raise
-    if values.shape[1] != header.n_channels or not (np.abs(values) <= MAX_VALUE).all():  # NaN included
-        _check_rows(rows, header)
+    plausible = (np.abs(values) <= MAX_VALUE) | (missing & np.isnan(values))
+    if values.shape[1] != header.n_channels or not plausible.all():
+        _check_rows(rows, header, missing)
     return values
 
 
-def _check_rows(rows: Sequence[str], header: _Header) -> None:
+def _check_rows(rows: Sequence[str], header: _Header, missing: bool) -> None:
     """Raise at the first invalid frame."""
     for number, line in enumerate(rows, header.n_lines + 1):
         words = line.split()
         for word in words:
-            _number(number, word)
+            if not (missing and word.lower() == "nan"):
+                _number(number, word)
         if words and len(words) != header.n_channels:
             raise ValueError(f"line {number}: {len(words)} values for {header.n_channels} channels")
 
@@ -305,7 +312,8 @@ def _convert(header: _Header, rows: Float64) -> Bvh:
     skeleton = Skeleton(_names(joints), [joint.parent for joint in joints], [joint.offset for joint in joints])
     translations = np.tile(skeleton.offsets, (len(rows), 1, 1))
     rotations = np.tile(np.eye(3), (len(rows), len(joints), 1, 1))
-    values = np.column_stack([rows, np.zeros(len(rows))])  # the last column is for the rotations that a joint lacks
+    # The last column is for the rotations that a joint lacks.
+    values = np.column_stack([np.nan_to_num(rows), np.zeros(len(rows))])
     by_order: dict[str, list[tuple[int, list[int]]]] = {}
     column = 0
     for j, joint in enumerate(joints):
@@ -323,6 +331,9 @@ def _convert(header: _Header, rows: Float64) -> Bvh:
     for order, group in by_order.items():
         angles = np.radians(values[:, [columns for _, columns in group]])
         rotations[:, [j for j, _ in group]] = euler_to_matrix(angles, seq=order)
+        for j, columns in group:
+            absent = np.isnan(rows[:, [column for column in columns if column >= 0]]).any(axis=1)
+            rotations[absent, j] = np.nan
     return Bvh(skeleton, tuple(joint.channels for joint in joints), rotations, translations, header.fps)
 
 

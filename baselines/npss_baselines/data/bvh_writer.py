@@ -13,6 +13,8 @@ from npss.rotations import continuous_euler, euler_to_matrix, matrix_to_euler, m
 from npss.validation import Float64, check_finite
 from npss_baselines.data.bvh import Bvh
 
+__all__ = ["write"]
+
 #: Largest angle in degrees, or share of the skeleton's size, that a missing channel may leave out.
 TOLERANCE = 1e-4
 _SEQUENCES = {"X": "XYZ", "Y": "YZX", "Z": "ZXY"}

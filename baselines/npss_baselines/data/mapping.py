@@ -16,6 +16,8 @@ from npss.skeleton import Skeleton
 from npss.validation import Float64
 from npss_baselines.data.motion import JOINTS, NAMES
 
+__all__ = ["JointMapping", "guess", "read"]
+
 #: Joints that a skeleton may lack: each is made by prolonging the bone before it.
 MADE = ("LeftHandIndex", "RightHandIndex")
 _ARMS = ("LeftArm", "RightArm")
@@ -126,6 +128,16 @@ class JointMapping:
 
 def read(path: str | os.PathLike[str]) -> JointMapping:
     """Read a mapping from a JSON file, an object of names.
+
+    Parameters
+    ----------
+    path : path
+        The file, as `JointMapping.write` writes it.
+
+    Returns
+    -------
+    JointMapping
+        The mapping.
 
     Raises
     ------

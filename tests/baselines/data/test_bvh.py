@@ -283,6 +283,21 @@ class TestReading:
         expected = [[[1, 2, 3], [5, 7, 9], [7, 7, 9]], [[1, 2, 3], [1, 7, 3], [-1, 7, 3]]]
         assert np.allclose(arm.positions(), expected, rtol=0, atol=1e-12)
 
+    def test_missing_values(self, tmp_path):
+        """Of rotations, the whole is missing; of translations, one coordinate."""
+        path = tmp_path / "arm.bvh"
+        path.write_text(ARM.replace("1 2 3 90 0 0 90 90 0", "nan 2 3 90 0 0 90 NaN 0"), encoding="utf-8")
+        arm = bvh.read(path, missing=True)
+        assert np.argwhere(np.isnan(arm.translations)).tolist() == [[1, 0, 0]]
+        assert np.isnan(arm.rotations[1, 1]).all()
+        assert np.isnan(arm.rotations).sum() == 9
+        assert arm.translations[1, 0, 1:].tolist() == [2, 3]
+        with pytest.raises(ValueError, match=r"line 20: 'nan' is not a number$"):
+            bvh.read(path)
+        path.write_text(ARM.replace("1 2 3 90 0 0 90 90 0", "nan 2 inf 90 0 0 90 90 0"), encoding="utf-8")
+        with pytest.raises(ValueError, match=r"line 20: 'inf' is not a number$"):
+            bvh.read(path, missing=True)
+
     def test_positions_after_rotations_and_in_any_order(self, read):
         old = "Xposition Yposition Zposition Zrotation Yrotation Xrotation"
         for new, row in (

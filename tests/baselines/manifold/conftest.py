@@ -23,3 +23,21 @@ def records(testbed):
     from npss_baselines.manifold.evaluation.measure import measure_all
 
     return list(measure_all(testbed))
+
+
+@pytest.fixture(scope="package")
+def run(motions, tmp_path_factory):
+    """Return the folder of an untrained run."""
+    from dataclasses import replace
+
+    from npss_baselines.manifold.training import folder
+    from npss_baselines.manifold.training.config import FILE, defaults, write
+    from untrained import manifold_of
+
+    run = tmp_path_factory.mktemp("runs") / "untrained"
+    run.mkdir()
+    manifold = manifold_of(motions)
+    configuration = replace(defaults(), model=manifold.network.config)
+    write(run / FILE, configuration, "cpu")
+    folder.save(run, manifold.network, manifold.scaling, {})
+    return run

@@ -3,7 +3,6 @@
 import io
 import json
 import shutil
-from dataclasses import replace
 
 import matplotlib as mpl
 import numpy as np
@@ -18,8 +17,6 @@ from npss_baselines.manifold.evaluation.pca_size import Restoration
 from npss_baselines.manifold.evaluation.restoration import restoration
 from npss_baselines.manifold.evaluation.testbed import Testbed
 from npss_baselines.manifold.show import drawing, figures
-from npss_baselines.manifold.training import folder
-from npss_baselines.manifold.training.config import FILE, defaults, write
 from untrained import manifold_of
 
 
@@ -80,18 +77,6 @@ class TestPictures:
             figures.clip_named(motions, "99_01")
 
 
-@pytest.fixture(scope="module")
-def run(motions, tmp_path_factory):
-    """Return the folder of an untrained run."""
-    run = tmp_path_factory.mktemp("runs") / "untrained"
-    run.mkdir()
-    manifold = manifold_of(motions)
-    configuration = replace(defaults(), model=manifold.network.config)
-    write(run / FILE, configuration, "cpu")
-    folder.save(run, manifold.network, manifold.scaling, {})
-    return run
-
-
 def test_pictures_do_not_depend_on_settings_or_names():
     name = r"a_b $x_1$ 5% ~ ^2 {c} \d"
     motion = np.random.default_rng(0).normal(size=(4, len(JOINTS.names), 3))
@@ -105,7 +90,8 @@ class TestCommands:
     @pytest.mark.parametrize("application", ["repair", "fill", "interpolate", "sample", "filters"])
     def test_numbers_and_a_picture(self, application, run, records, tmp_path, capsys):
         picture = tmp_path / "picture.svg"
-        assert main(["manifold", application, str(run), "--quick", "--format", "json", "-o", str(picture)]) == 0
+        command = ["manifold", *(["measure"] if application != "filters" else []), application]
+        assert main([*command, str(run), "--quick", "--format", "json", "-o", str(picture)]) == 0
         printed = json.loads(capsys.readouterr().out)
         expected = [r for r in records if r["application"] == application]
         assert [(r["method"], r["metric"]) for r in printed] == [(r["method"], r["metric"]) for r in expected]
@@ -114,11 +100,11 @@ class TestCommands:
 
     def test_chosen_clip(self, run, tmp_path, capsys):
         options = [str(run), "--quick", "-o", str(tmp_path / "picture.svg")]
-        assert main(["manifold", "fill", *options, "--clip", "gait/1"]) == 0
+        assert main(["manifold", "measure", "fill", *options, "--clip", "gait/1"]) == 0
         assert "gait/1: gait; held out" in (tmp_path / "picture.svg").read_text(encoding="utf-8")
-        assert main(["manifold", "fill", *options, "--clip", "gait/5"]) == 2  # not held out
+        assert main(["manifold", "measure", "fill", *options, "--clip", "gait/5"]) == 2  # not held out
         assert "CLIP: 0 of 2 clips have the name 'gait/5'" in capsys.readouterr().err
-        assert main(["manifold", "interpolate", *options, "--clips", "gait/1", "gait/5"]) == 0
+        assert main(["manifold", "measure", "interpolate", *options, "--clips", "gait/1", "gait/5"]) == 0
         assert main(["manifold", "filters", *options, "--units", "3", "5"]) == 0
         assert main(["manifold", "filters", *options, "--units", "99"]) == 2
 
@@ -134,7 +120,7 @@ class TestCommands:
 
     def test_nearest(self, run, testbed, tmp_path, capsys):
         picture = tmp_path / "near.svg"
-        options = ["manifold", "nearest", str(run), "--quick", "--format", "json", "-o", str(picture)]
+        options = ["manifold", "measure", "nearest", str(run), "--quick", "--format", "json", "-o", str(picture)]
         assert main([*options, "--clip", "gait/4", "-n", "3"]) == 0
         printed = json.loads(capsys.readouterr().out)
         expected = [r["clip"] for r in similarity.ranking(testbed, 4, 3)]
@@ -142,7 +128,7 @@ class TestCommands:
         assert picture.stat().st_size > 5000
 
     def test_a_single_action_is_refused(self, run, capsys):
-        assert main(["manifold", "nearest", str(run), "--quick"]) == 2
+        assert main(["manifold", "measure", "nearest", str(run), "--quick"]) == 2
         assert "retrieval needs clips of at least two actions" in capsys.readouterr().err
 
     def test_several_runs_in_a_table(self, run, tmp_path, capsys):
@@ -184,7 +170,7 @@ class TestCommands:
     def test_on_real_motion(self, run, cmu_root, tmp_path, capsys):
         """Go from raw files to numbers, with weights trained on generated walks."""
         options = [str(run), "--quick", "--cmu", str(cmu_root), "--cache", str(tmp_path), "--format", "json"]
-        assert main(["manifold", "nearest", *options]) == 0
+        assert main(["manifold", "measure", "nearest", *options]) == 0
         printed = json.loads(capsys.readouterr().out)
         values = {(r["method"], r["metric"]): r["value"] for r in printed if r["application"] == "nearest"}
         assert 0 < values["chance", "map"] < values["extremes", "map"] <= 1

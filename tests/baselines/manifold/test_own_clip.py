@@ -4,33 +4,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from dialects import CHAINS, dialect
+from dialects import CHAINS, swaying
 from npss_baselines.data import mapping
-from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.motion import NAMES
 from npss_baselines.manifold.motion.own_clip import prepare_clip
 
 
-def walking(name, fps=60.0, seconds=2.0, size=100.0):
-    """Return smooth motion on the skeleton of a dialect, in centimetres, that turns and goes ahead."""
-    skeleton, _ = dialect(name)
-    rng = np.random.default_rng(0)
-    t = np.arange(round(seconds * fps)) / fps
-    n = len(skeleton.names)
-    phase, axes = rng.uniform(0, 6, n), rng.normal(size=(n, 3))
-    turns = 0.15 * np.sin(2 * np.pi * 0.8 * t[:, np.newaxis] + phase)[..., np.newaxis] * axes
-    rotations = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(len(t), n, 3, 3)
-    root = skeleton.parents.index(-1)
-    rotations[:, root] = Rotation.from_rotvec(np.outer(0.8 + 0.3 * t, [0, 1, 0])).as_matrix()
-    offsets = skeleton.offsets * size
-    translations = np.tile(offsets, (len(t), 1, 1))
-    translations[:, root, 2] += 90 * t
-    scaled = type(skeleton)(skeleton.names, skeleton.parents, offsets)
-    return Bvh(scaled, tuple(("Zrotation", "Xrotation", "Yrotation") for _ in range(n)), rotations, translations, fps)
-
-
 def clip_of(name, **options):
-    motion = walking(name, **options)
+    motion = swaying(name, **options)
     return prepare_clip(motion, mapping.guess(motion.skeleton))
 
 

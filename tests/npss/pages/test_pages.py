@@ -12,6 +12,7 @@ import pytest
 from npss import gait, study
 from npss._pages import Figure, Part, report_page, survey, survey_page
 from npss._pages.texts import Texts, english
+from npss.commands import motion_page
 from npss.files._samples import read_poses
 from npss.skeleton import H36M, Skeleton, poses_to_positions
 
@@ -505,3 +506,37 @@ def test_a_survey_of_real_predictions(samples_root, tmp_path):
     for kept in data["questions"]:
         motion = poses_to_positions(real.gt[kept["sequence"]])
         require_motion(data["motions"][kept["truth"]], data["figure"], motion)
+
+
+class TestMotions:
+    def test_motions_side_by_side(self):
+        long, short = walks(2)[0], walks(2, 7)[1]
+        html = motion_page(
+            {EVIL: long, "after": short}, title=EVIL, fps=30, skeleton=H36M, truth=EVIL, notes=[EVIL, "a note"]
+        )
+        page = Page(html)
+        assert [(panel["label"], panel["truth"]) for panel in page.data["panels"]] == [(EVIL, True), ("after", False)]
+        for panel, positions in zip(page.data["panels"], (long, short), strict=True):
+            require_motion(panel["motion"], page.data["figure"], positions)
+        assert page.data["figure"]["fps"] == 30
+        assert page.text.count(EVIL) == 3  # title, headline, note
+        assert "a note" in page.text
+        assert len(page.attributes("script")) == 2
+
+    def test_nothing_more_is_needed(self):
+        page = Page(motion_page({"walk": walks(1)[0]}, title="walk", fps=30, skeleton=H36M))
+        assert [panel["truth"] for panel in page.data["panels"]] == [False]
+        assert not page.attributes("ul")
+
+    @pytest.mark.parametrize(
+        ("motions", "truth", "message"),
+        [
+            ({}, None, "motions: expected at least one"),
+            ({"a": walks(1)[0]}, "b", "truth: expected one of a, got 'b'"),
+            ({"a": walks(1)}, None, "motions['a']: expected shape (N, T, 32, 3), got (1, 1, 10, 32, 3)"),
+            ({"a": 1e9 * walks(1)[0]}, None, "motions['a']: a joint is "),
+        ],
+    )
+    def test_invalid_motions(self, motions, truth, message):
+        with pytest.raises(ValueError, match=f"^{re.escape(message)}"):
+            motion_page(motions, title="", fps=30, skeleton=H36M, truth=truth)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
 
 from npss.validation import Array, is_real, real_array
-from npss_baselines.manifold.model.projector import Projector
+
+if TYPE_CHECKING:
+    from npss_baselines.manifold.model.projector import Projector  # imports torch
 
 __all__ = ["blend", "interpolate"]
 

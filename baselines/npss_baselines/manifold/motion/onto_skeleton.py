@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from npss.validation import Float64
 from npss_baselines.data.bvh import Bvh
@@ -32,7 +33,14 @@ class Fitted:
     error: Float64
 
 
-def onto_skeleton(targets: Float64, original: Bvh, mapping: JointMapping) -> Fitted:
+def onto_skeleton(
+    targets: Float64,
+    original: Bvh,
+    mapping: JointMapping,
+    *,
+    turning: npt.NDArray[np.bool_] | None = None,
+    moving: npt.NDArray[np.bool_] | None = None,
+) -> Fitted:
     """Turn the joints of a motion so that its common joints come near their targets.
 
     Parameters
@@ -44,6 +52,10 @@ def onto_skeleton(targets: Float64, original: Bvh, mapping: JointMapping) -> Fit
         The motion to start from, with T frames: what no target determines stays as it is.
     mapping : JointMapping
         The common joints of the skeleton.
+    turning : (T, J) ndarray of bool, optional
+        Which joints may turn (default: all); the others keep their rotations exactly.
+    moving : (T,) ndarray of bool, optional
+        In which frames the hips may move (default: all).
 
     Returns
     -------
@@ -66,19 +78,21 @@ def onto_skeleton(targets: Float64, original: Bvh, mapping: JointMapping) -> Fit
     # The hips are where they should be; a joint above them carries the path.
     place, turned = skeleton.forward(rotations, offsets=translations)
     root = skeleton.parents.index(-1)
-    translations[:, root] += wanted[:, 0] - place[:, hips]
+    still = np.zeros(len(targets), bool) if moving is None else ~moving
+    translations[:, root] += np.where(still[:, np.newaxis], 0, wanted[:, 0] - place[:, hips])
     depths = [-1 if index is None else skeleton._order.index(index) for index in indices]
     for joint in sorted(range(len(indices)), key=depths.__getitem__):
         index = indices[joint]
         children = [child for child, parent in enumerate(parents) if parent == joint]
-        if index is None or not children:
+        if index is None or not children or not (turning is None or turning[:, index].any()):
             continue
         place, turned = skeleton.forward(rotations, offsets=translations)
         now = np.stack([place[:, indices[child]] - place[:, index] for child in children], axis=1)  # (T, c, 3)
         turn = _turn(now, wanted[:, children] - wanted[:, [joint]])
         parent = skeleton.parents[index]
         above = np.eye(3) if parent < 0 else turned[:, parent]
-        rotations[:, index] = np.swapaxes(above, -1, -2) @ turn @ turned[:, index]
+        frames = slice(None) if turning is None else turning[:, index]
+        rotations[frames, index] = (np.swapaxes(above, -1, -2) @ turn @ turned[:, index])[frames]
     fitted = replace(original, rotations=rotations, translations=translations)
     error = np.linalg.norm(mapping.positions(fitted.positions(), skeleton) - wanted, axis=-1)
     error[:, [j for j, index in enumerate(indices) if index is None]] = 0

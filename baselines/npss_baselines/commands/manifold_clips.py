@@ -1,0 +1,406 @@
+"""``npss-baselines manifold repair``, ``fill``, ``inbetween`` ...: clips of one's own, from BVH files to BVH files."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from npss.console import Progress, table
+from npss.files import check_output, write_figure_atomically, write_text_atomically
+from npss_baselines.data import bvh, bvh_writer
+from npss_baselines.data import mapping as joint_mapping
+
+if TYPE_CHECKING:
+    from npss_baselines.data.bvh import Bvh
+    from npss_baselines.data.mapping import JointMapping
+    from npss_baselines.manifold import Outcome
+    from npss_baselines.manifold.model.projector import Manifold
+    from npss_baselines.manifold.show.side_by_side import Shown
+
+_PAGE, _PICTURES = ".html", (".svg", ".pdf", ".png")
+
+
+def add_parsers(commands: Any) -> None:
+    """Add the commands."""
+    repair = _add(commands, "repair", "restore what is missing or damaged in a clip", run_repair, restores=True)
+    repair.add_argument(
+        "--missing",
+        nargs="+",
+        metavar="JOINT",
+        help="restore the places of these joints and of all below them (default: what is found: values that are nan, "
+        "joints that are held, joints that jump)",
+    )
+    fill = _add(commands, "fill", "fill in a joint and those below it", run_fill, restores=True)
+    fill.add_argument("--joint", required=True, metavar="JOINT", help="fill in this joint, such as RightHand")
+    for parser in (repair, fill):
+        for option, dest, when in (("--from", "start", "from"), ("--to", "end", "until before")):
+            parser.add_argument(
+                option,
+                dest=dest,
+                metavar="TIME",
+                help=f"restore {when} this time: 2s is in seconds, 60 is a frame of the file, from 0 on (default: the "
+                f"whole clip)",
+            )
+    inbetween = _add(commands, "inbetween", "make the frames between keys", run_inbetween, restores=True)
+    keys = inbetween.add_mutually_exclusive_group()
+    keys.add_argument("--every", type=int, metavar="N", help="take every N-th frame of the file as a key")
+    keys.add_argument(
+        "--keys",
+        nargs="+",
+        type=int,
+        metavar="FRAME",
+        help="take these frames of the file as keys, from 0 on (default: those that differ from the frame before)",
+    )
+    interpolate = _add(commands, "interpolate", "interpolate two clips, on the skeleton of the first", run_interpolate)
+    interpolate.add_argument("second", type=Path, metavar="OTHER", help="the second clip, a BVH file")
+    interpolate.add_argument(
+        "--share", type=float, default=0.5, metavar="S", help="the share of the second, 0 to 1 (default: %(default)s)"
+    )
+    nearest = _add(commands, "nearest", "list the clips nearest to a clip", run_nearest)
+    nearest.add_argument("folder", type=Path, metavar="FOLDER", help="the folder of the other clips, BVH files")
+    nearest.add_argument("-n", type=int, default=5, metavar="N", help="list N clips (default: %(default)s)")
+    for parser in (interpolate, nearest):
+        parser.add_argument(
+            "--manifold",
+            type=Path,
+            metavar="RUN",
+            help="use the hidden units of this manifold (default: use features)",
+        )
+    project = _add(commands, "project", "project a clip onto a manifold", run_project)
+    project.add_argument("runs", nargs=1, type=Path, metavar="RUN", help="the folder of a run")
+    sample: argparse.ArgumentParser = commands.add_parser(
+        "sample",
+        help="sample motion from a manifold",
+        description="Sample motion from a manifold, on the common skeleton.",
+    )
+    sample.add_argument("runs", nargs=1, type=Path, metavar="RUN", help="the folder of a run")
+    sample.add_argument(
+        "--like",
+        nargs="+",
+        type=Path,
+        default=[],
+        metavar="CLIP",
+        help="draw each hidden unit from its values in these clips, BVH files (default: uniformly from -1 to 1)",
+    )
+    sample.add_argument("--frames", type=int, default=160, metavar="N", help="sample N frames (default: %(default)s)")
+    sample.add_argument("--seed", type=int, default=0, metavar="N", help="set the seed (default: %(default)s)")
+    _add_output(sample)
+    sample.set_defaults(run=run_sample, extra="manifold")
+    mapping: argparse.ArgumentParser = commands.add_parser(
+        "mapping",
+        help="show which joints of a clip are the common ones",
+        description="Show which joints of a clip are the 20 common ones, as guessed from names and hierarchy. Edit the "
+        "file, and give it to the other commands with --mapping.",
+    )
+    mapping.add_argument("clip", type=Path, metavar="CLIP", help="the clip, a BVH file")
+    mapping.add_argument("-o", "--output", type=Path, metavar="FILE", help="write the mapping to this JSON file")
+    mapping.set_defaults(run=run_mapping, extra="manifold")
+
+
+def _add(commands: Any, name: str, summary: str, run: Any, *, restores: bool = False) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name, help=summary, description=f"{summary[0].upper()}{summary[1:]}."
+    )
+    parser.add_argument("clip", type=Path, metavar="CLIP", help="the clip, a BVH file")
+    if restores:
+        parser.add_argument(
+            "--restorer",
+            type=Path,
+            metavar="FILE",
+            help="restore by this file of `npss-baselines train restorer` (default: that of the package, or else "
+            "interpolation in time)",
+        )
+        parser.add_argument(
+            "--truth", type=Path, metavar="FILE", help="compare with this BVH file, the clip without damage"
+        )
+    parser.add_argument(
+        "--mapping",
+        nargs="+",
+        type=Path,
+        default=[],
+        metavar="FILE",
+        help="read the common joints from this file of `npss-baselines manifold mapping`; of two clips, from two "
+        "(default: guess them)",
+    )
+    parser.add_argument(
+        "--up", choices=("y", "z"), help="the axis that points up (default: where the head is above the feet)"
+    )
+    _add_output(parser)
+    parser.set_defaults(run=run, extra="manifold")
+    return parser
+
+
+def _add_output(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-o",
+        "--output",
+        action="append",
+        type=Path,
+        default=[],
+        metavar="FILE",
+        help="write the clip (.bvh), a moving page (.html) or a picture (.svg, .pdf or .png); may be given several "
+        "times (default: only say what would be written)",
+    )
+
+
+def run_repair(options: argparse.Namespace) -> None:
+    """Repair a clip."""
+    from npss_baselines.manifold import repair
+
+    motion = _read(options, options.clip)
+    start, end = _times(options, motion)
+    if options.missing is None and (start, end) != (0, None):
+        raise ValueError("--missing JOINT: needed with --from and --to; without it, the whole clip is searched")
+    outcome = repair(
+        motion, missing=options.missing, start=start, end=end, restorer=_restorer(options), **_read_as(options)
+    )
+    _restored(options, motion, outcome)
+
+
+def run_fill(options: argparse.Namespace) -> None:
+    """Fill in a joint of a clip."""
+    from npss_baselines.manifold import fill
+
+    motion = _read(options, options.clip)
+    start, end = _times(options, motion)
+    outcome = fill(motion, options.joint, start=start, end=end, restorer=_restorer(options), **_read_as(options))
+    _restored(options, motion, outcome)
+
+
+def run_inbetween(options: argparse.Namespace) -> None:
+    """Make the frames between keys of a clip."""
+    from npss_baselines.manifold import inbetween
+
+    motion = _read(options, options.clip)
+    outcome = inbetween(
+        motion, keys=options.keys, every=options.every, restorer=_restorer(options), **_read_as(options)
+    )
+    _restored(options, motion, outcome)
+
+
+def run_interpolate(options: argparse.Namespace) -> None:
+    """Interpolate two clips."""
+    from npss_baselines.manifold import interpolate
+    from npss_baselines.manifold.show.side_by_side import Shown
+
+    motion, other = _read(options, options.clip), _read(options, options.second)
+    files = (*options.mapping, None, None)[:2]
+    mappings = [_mapping(clip, file) for clip, file in zip((motion, other), files, strict=True)]
+    outcome = interpolate(
+        motion, other, options.share, manifold=_manifold(options.manifold), mappings=mappings, up=options.up
+    )
+    _say(options, outcome, f"interpolated: {options.share:g} of {options.second}, by {outcome.way}")
+    shown = {
+        f"0: {options.clip.stem}": Shown(motion, mappings[0], outcome.up),
+        f"between: {options.share:g}": Shown(outcome.motion, outcome.mapping, outcome.up),
+        f"1: {options.second.stem}": Shown(other, mappings[1], options.up or _up(other, mappings[1])),
+    }
+    _write(options, outcome.motion, shown)
+
+
+def run_nearest(options: argparse.Namespace) -> None:
+    """List the clips nearest to a clip."""
+    from npss_baselines.manifold import nearest
+    from npss_baselines.manifold.show.side_by_side import Shown
+
+    motion = _read(options, options.clip)
+    files = [file for file in sorted(options.folder.rglob("*")) if file.suffix.lower() == ".bvh"]
+    files = [file for file in files if not file.samefile(options.clip)]
+    if not files:
+        raise ValueError(f"{options.folder}: expected a folder with other BVH files")
+    by_name = {file.relative_to(options.folder).as_posix(): file for file in files}
+
+    def clips() -> Iterator[tuple[str, Bvh]]:
+        with Progress("reading clips") as progress:
+            for done, (name, file) in enumerate(by_name.items(), 1):
+                yield name, bvh.read(file)
+                progress(done / len(by_name))
+
+    ranked = nearest(motion, clips(), manifold=_manifold(options.manifold), **_read_as(options))[: options.n]
+    how = "G" if options.manifold else "equation 4 on scaled features"
+    print(f"nearest to {options.clip} of {len(files)} clips, by {how}:")
+    print(table(("clip", "distance"), [(name, f"{distance:.4g}") for name, distance in ranked], "lr"))
+    if options.output:
+        chosen = {options.clip.stem: motion} | {name: bvh.read(by_name[name]) for name, _ in ranked}
+        shown = {}
+        for name, clip in chosen.items():
+            own = _mapping(clip, *options.mapping[:1])
+            shown[name] = Shown(clip, own, options.up or _up(clip, own))
+        _write(options, None, shown, inputs=files)
+
+
+def run_project(options: argparse.Namespace) -> None:
+    """Project a clip onto a manifold."""
+    from npss_baselines.manifold import project
+
+    motion = _read(options, options.clip)
+    manifold = _manifold(options.runs[0])
+    assert manifold is not None
+    outcome = project(motion, manifold, **_read_as(options))
+    _say(options, outcome, f"projected by {outcome.way}")
+    _write(options, outcome.motion, _before_and_after(options, motion, outcome))
+
+
+def run_sample(options: argparse.Namespace) -> None:
+    """Sample motion."""
+    import numpy as np
+
+    from npss_baselines.manifold import sample
+    from npss_baselines.manifold.clips.search import features_of
+    from npss_baselines.manifold.motion.windows import windows_of
+    from npss_baselines.manifold.show.side_by_side import Shown
+
+    manifold = _manifold(options.runs[0])
+    assert manifold is not None
+    windows = [windows_of(features_of(bvh.read(clip)))[0] for clip in options.like]
+    real = np.concatenate(windows) if windows else None
+    outcome = sample(manifold, n_frames=options.frames, real=real, seed=options.seed)
+    print(f"sampled by {outcome.way}: {options.frames} frames, seed {options.seed}")
+    _write(options, outcome.motion, {"sample": Shown(outcome.motion, outcome.mapping, outcome.up)}, options.like)
+
+
+def run_mapping(options: argparse.Namespace) -> None:
+    """Show the common joints of a clip."""
+    guessed = joint_mapping.guess(bvh.read(options.clip, missing=True).skeleton)
+    print(guessed)
+    if options.output:
+        check_output(options.output, [options.clip])
+        guessed.write(options.output)
+        print(options.output, file=sys.stderr)
+
+
+def _read(options: argparse.Namespace, clip: Path) -> Bvh:
+    """Check the outputs, and read a clip."""
+    for output in options.output:
+        check_output(output, [clip, *options.mapping, *filter(None, [getattr(options, "truth", None)])])
+        if output.suffix.lower() not in (".bvh", _PAGE, *_PICTURES):
+            raise ValueError(f"{output}: expected a file .bvh, {_PAGE}, {', '.join(_PICTURES)}")
+    return bvh.read(clip, missing="restorer" in options)
+
+
+def _times(options: argparse.Namespace, motion: Bvh) -> tuple[int, int | None]:
+    """Return the frames of --from and --to."""
+    frames: list[int | None] = []
+    for option, text in (("--from", options.start), ("--to", options.end)):
+        if text is None:
+            frames.append(None)
+        elif re.fullmatch(r"\d+", text):
+            frames.append(int(text))
+        elif re.fullmatch(r"\d+(\.\d*)?s", text):
+            # Frames from this time on; 2s of 30 frames per second is frame 60.
+            frames.append(-int(-float(text[:-1]) * motion.fps // 1))
+        else:
+            raise ValueError(f"{option}: expected seconds such as 2.5s, or a frame such as 75, got {text!r}")
+    return frames[0] or 0, frames[1]
+
+
+def _mapping(motion: Bvh, file: Path | None = None) -> JointMapping:
+    return joint_mapping.guess(motion.skeleton) if file is None else joint_mapping.read(file)
+
+
+def _read_as(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the arguments of functions on a single clip."""
+    if len(options.mapping) > 1:
+        raise ValueError("--mapping: expected one file")
+    return {"mapping": joint_mapping.read(options.mapping[0]) if options.mapping else None, "up": options.up}
+
+
+def _restorer(options: argparse.Namespace) -> Any:
+    from npss_baselines.manifold.restorers import file
+
+    return file.default() if options.restorer is None else file.load(options.restorer)
+
+
+def _manifold(run: Path | None) -> Manifold | None:
+    if run is None:
+        return None
+    from npss_baselines.manifold.training.folder import load
+
+    return load(run).projector
+
+
+def _up(motion: Bvh, mapping: JointMapping) -> Any:
+    from npss_baselines.manifold.clips.upright import up_of
+
+    return up_of(motion, mapping)
+
+
+def _restored(options: argparse.Namespace, motion: Bvh, outcome: Outcome) -> None:
+    """Say what was restored, and write it."""
+    from npss_baselines.manifold.clips.comparison import restoration_error
+    from npss_baselines.manifold.clips.gap import lines
+
+    said = lines(outcome.gaps, motion)
+    _say(
+        options, outcome, f"restored by {outcome.way}" if said else "nothing is missing: the clip stays as it is", said
+    )
+    truth = None
+    if options.truth is not None:
+        truth = bvh.read(options.truth)
+        if outcome.gaps:
+            after, before = (restoration_error(clip, truth, outcome) for clip in (outcome.motion, motion))
+            print(
+                f"joints that were missing are {after:.4f} body heights from the truth on average; before, {before:.4f}"
+            )
+    _write(options, outcome.motion, _before_and_after(options, motion, outcome, truth), notes=said)
+
+
+def _say(options: argparse.Namespace, outcome: Outcome, how: str, said: Sequence[str] = ()) -> None:
+    """Print what is known of an outcome."""
+    motion = outcome.motion
+    print(
+        f"{options.clip}: {len(motion.rotations)} frames, {motion.fps:g} per second; "
+        f"{len(motion.skeleton.names)} joints, {outcome.up} up"
+    )
+    for line in said:
+        print(f"missing: {line}")
+    print(how)
+    if outcome.error.any():
+        print(
+            f"inverse kinematics: joints are {outcome.error.mean():.4f} body heights from where they should be on "
+            f"average, {outcome.error.max():.4f} at most"
+        )
+
+
+def _before_and_after(
+    options: argparse.Namespace, motion: Bvh, outcome: Outcome, truth: Bvh | None = None
+) -> dict[str, Shown]:
+    from npss_baselines.manifold.show.side_by_side import Shown
+
+    shown = {} if truth is None else {"truth": Shown(truth, outcome.mapping, outcome.up)}
+    return shown | {
+        "before": Shown(motion, outcome.mapping, outcome.up),
+        "after": Shown(outcome.motion, outcome.mapping, outcome.up),
+    }
+
+
+def _write(
+    options: argparse.Namespace,
+    motion: Bvh | None,
+    shown: dict[str, Shown],
+    inputs: Sequence[Path] = (),
+    notes: Sequence[str] = (),
+) -> None:
+    """Write the outputs."""
+    from npss_baselines.manifold.show import side_by_side
+
+    clip: Path | None = getattr(options, "clip", None)
+    title = " ".join(word for word in (options.parser.prog.split()[-1], clip.name if clip else "") if word)
+    for output in options.output:
+        suffix = output.suffix.lower()
+        check_output(output, inputs)
+        if suffix == _PAGE:
+            truth = "truth" if "truth" in shown else None
+            page = side_by_side.page(shown, title=title, notes=tuple(notes), truth=truth)
+            write_text_atomically(output, page)
+        elif suffix in _PICTURES:
+            write_figure_atomically(output, side_by_side.picture(shown, title, *notes))
+        elif motion is None:
+            raise ValueError(f"{output}: this command makes no clip; expected a page or a picture")
+        else:
+            bvh_writer.write(output, motion)
+        print(output, file=sys.stderr)

@@ -1,0 +1,1 @@
+"""Clips of one's own, of any skeleton: restored, interpolated, compared, projected, and sampled."""

@@ -1,0 +1,139 @@
+"""Find what is missing in a clip: values that are not numbers, joints that are held, joints that jump and come back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from npss.validation import Float64
+from npss_baselines.data.bvh import Bvh
+from npss_baselines.manifold.clips.filling import last_known
+from npss_baselines.manifold.clips.gap import Gap, Why, runs
+from npss_baselines.manifold.clips.lost import Mask
+
+#: The shortest time for which a joint is held, and the longest for which it jumps, in seconds.
+HELD, JUMP = 0.1, 0.2
+#: The share of steps, outside of stretches without a change, in which a tracked joint changes.
+TRACKED = 0.9
+#: The least leap: of a rotation, in radians; of a translation, as a share of the longest bone.
+LEAST_TURN, LEAST_MOVE = np.radians(3), 0.05
+#: A leap is longer than this many times the median acceleration and twice the steps before and after it. Of 46 clips of
+#: CMU, at 120 and at 30 frames per second, those without visible damage reach 11.7.
+UNUSUAL = 15.0
+
+
+class _Signal(NamedTuple):
+    """The rotation or the translation of a joint over time."""
+
+    joint: int
+    what: Literal["rotation", "translation"]
+    values: Float64  # (T, n), with distances in radians or in the unit of the file
+    absent: Mask  # (T,)
+    least: float  # the least leap
+
+
+def find(motion: Bvh) -> list[Gap]:
+    """Find the frames in which rotations or translations of joints are missing.
+
+    Joints are *held* if they do not change at all for `HELD` seconds while others move, though they change in nearly
+    every frame otherwise, by steps that would add up to a least leap in this time; or if nothing changes, but the
+    figure moves before and afterwards. Joints *jump* if they leap
+    from one frame to the next, and back within `JUMP` seconds, with more acceleration than motion has: see `UNUSUAL`.
+
+    Parameters
+    ----------
+    motion : Bvh
+        The clip. Values that are not numbers are missing.
+
+    Returns
+    -------
+    list of Gap
+        The gaps, by joint.
+    """
+    signals = list(_signals(motion))
+    if not signals or len(motion.rotations) < 3:
+        return []
+    held = _held(signals, motion.fps)
+    gaps = []
+    for signal, stays in zip(signals, held, strict=True):
+        masks: dict[Why, Mask] = {
+            "not a number": signal.absent,
+            "held": stays & ~signal.absent,
+            "jump": _jumps(signal, motion.fps) & ~signal.absent & ~stays,
+        }
+        name = motion.skeleton.names[signal.joint]
+        gaps += [Gap(name, signal.what, *run, why) for why, mask in masks.items() for run in runs(mask)]
+    return gaps
+
+
+def _signals(motion: Bvh) -> Iterator[_Signal]:
+    """Yield the rotations and translations that the channels of a file determine."""
+    longest = float(np.linalg.norm(motion.skeleton.offsets, axis=-1).max())
+    # The distance of matrices is nearly sqrt(2) times the angle between them.
+    turns = last_known(motion.rotations).reshape(*motion.rotations.shape[:2], 9) / np.sqrt(2)
+    places = last_known(motion.translations)
+    for joint, channels in enumerate(motion.channels):
+        kinds = {channel[1:] for channel in channels or ()}
+        if "rotation" in kinds:
+            absent: Mask = np.any(np.isnan(motion.rotations[:, joint]), axis=(1, 2))
+            yield _Signal(joint, "rotation", turns[:, joint], absent, LEAST_TURN)
+        if "position" in kinds:
+            absent = np.any(np.isnan(motion.translations[:, joint]), axis=1)
+            yield _Signal(joint, "translation", places[:, joint], absent, LEAST_MOVE * longest)
+
+
+def _held(signals: list[_Signal], fps: float) -> list[Mask]:
+    """Return in which frames each signal is held."""
+    steps = np.stack([_steps(signal) for signal in signals])  # (S, T - 1)
+    absent = np.stack([signal.absent for signal in signals])
+    steps[absent[:, 1:] | absent[:, :-1]] = np.nan
+    shortest = max(2, round(HELD * fps))
+    stretches = [[run for run in runs(own == 0) if run[1] - run[0] >= shortest] for own in steps]
+    tracked = np.array([_tracked(own, long) for own, long in zip(steps, stretches, strict=True)])
+    moving = (steps[tracked] > 0).any(axis=0)
+    held = []
+    for signal, own, long, is_tracked in zip(signals, steps, stretches, tracked, strict=True):
+        mask = np.zeros(len(own) + 1, bool)
+        usual = float(np.median(own[own > 0])) if is_tracked and (own > 0).any() else 0.0
+        for start, end in long:
+            # If nothing else moves, the figure may rest at the beginning and at the end of the clip.
+            alone = moving[start:end].mean() > 0.5
+            if usual * (end - start) > signal.least and (alone or (start > 0 and end < len(own))):
+                mask[start + 1 : end + 1] = True
+        held.append(mask)
+    return held
+
+
+def _tracked(steps: Float64, long: list[tuple[int, int]]) -> bool:
+    """Return whether a signal changes in nearly every frame outside of long stretches."""
+    outside = np.ones(len(steps), bool)
+    for start, end in long:
+        outside[start:end] = False
+    return bool(outside.any() and (steps[outside] != 0).mean() >= TRACKED)
+
+
+def _steps(signal: _Signal) -> Float64:
+    """Return how far a signal goes from each frame to the next, ``(T - 1,)``."""
+    steps: Float64 = np.linalg.norm(np.diff(signal.values, axis=0), axis=1)
+    return steps
+
+
+def _jumps(signal: _Signal, fps: float) -> Mask:
+    """Return in which frames a signal is elsewhere: it leaps there and back."""
+    values, n = signal.values, len(signal.values)
+    step = _steps(signal)
+    usual = UNUSUAL * np.median(np.linalg.norm(np.diff(values, n=2, axis=0), axis=1))
+    longest = max(1, round(JUMP * fps))
+    jumps = np.zeros(n, bool)
+    leaps = np.flatnonzero(step > signal.least)
+    for first in leaps:
+        for last in leaps[(leaps > first) & (leaps <= first + longest)][::-1]:
+            leap = min(step[first], step[last])
+            around = max(step[first - 1] if first else 0.0, step[last + 1] if last + 1 < len(step) else 0.0)
+            back = np.linalg.norm(values[last + 1] - values[first])
+            if leap - 2 * around > max(usual, signal.least) and back < leap / 2:
+                jumps[first + 1 : last + 1] = True
+                break
+    return jumps

@@ -1,0 +1,83 @@
+"""Gaps of a clip: which joint is missing, when, and how that is known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from npss_baselines.data.bvh import Bvh
+from npss_baselines.data.mapping import JointMapping
+from npss_baselines.data.motion import NAMES
+from npss_baselines.manifold.clips.lost import Lost, Mask, without_channels, without_places
+
+What = Literal["place", "rotation", "translation"]
+Why = Literal["given", "not a key", "not a number", "held", "jump"]
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A stretch of a clip in which something of a joint is missing.
+
+    Attributes
+    ----------
+    joint : str
+        The joint, as the file names it.
+    what : {'place', 'rotation', 'translation'}
+        What is missing: the place of the joint and of all that hangs from it, or its channels.
+    start, end : int
+        The first frame, from 0 on, and the frame after the last.
+    why : {'given', 'not a key', 'not a number', 'held', 'jump'}
+        How it is known.
+    """
+
+    joint: str
+    what: What
+    start: int
+    end: int
+    why: Why
+
+
+def lost_in(gaps: Iterable[Gap], motion: Bvh, mapping: JointMapping) -> Lost:
+    """Return what is missing in a clip."""
+    skeleton, n_frames = motion.skeleton, len(motion.rotations)
+    own = {joint: name for name, joint in mapping.joints.items()}
+    masks: dict[str, Mask] = {
+        "place": np.zeros((n_frames, len(NAMES)), bool),
+        "rotation": np.zeros((n_frames, len(skeleton.names)), bool),
+        "translation": np.zeros((n_frames, len(skeleton.names)), bool),
+    }
+    for gap in gaps:
+        column = NAMES.index(own[gap.joint]) if gap.what == "place" else skeleton.names.index(gap.joint)
+        masks[gap.what][gap.start : gap.end, column] = True
+    return without_places(masks["place"], skeleton, mapping) | without_channels(
+        masks["rotation"], masks["translation"], skeleton, mapping
+    )
+
+
+def lines(gaps: Sequence[Gap], motion: Bvh) -> list[str]:
+    """Say what is missing, one line for each stretch of time; frames between keys together."""
+    together: dict[tuple[int, int, Why], list[str]] = {}
+    n_joints = sum(bool(channels) for channels in motion.channels)
+    for gap in gaps:
+        also = {"place": " and all below it", "rotation": "", "translation": " (its translation)"}[gap.what]
+        together.setdefault((gap.start, gap.end, gap.why), []).append(f"{gap.joint}{also}")
+    said = []
+    between = [gap.end - gap.start for gap in gaps if gap.why == "not a key"]
+    if between:
+        n_keys = len(motion.rotations) - sum(between)
+        said.append(f"{sum(between)} frames around {n_keys} keys, at most {max(between)} in a row")
+    for (start, end, why), joints in sorted(together.items()):
+        if why != "not a key":
+            who = ", ".join(joints) if len(joints) < n_joints else "the whole figure"
+            seconds = f"{start / motion.fps:.2f} to {end / motion.fps:.2f} s"
+            said.append(f"frames {start} to {end - 1} ({seconds}): {who}: {why}")
+    return said
+
+
+def runs(mask: Mask) -> list[tuple[int, int]]:
+    """Return the stretches of true values in a mask ``(T,)``: the first index, and the one after the last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(start), int(end)) for start, end in edges.reshape(-1, 2)]

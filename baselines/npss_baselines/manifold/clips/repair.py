@@ -1,0 +1,230 @@
+"""Restore clips: repair what is missing or damaged, fill in a joint, put frames between keys."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from npss.validation import each, is_integer, positive_integer
+from npss_baselines.data.bvh import Bvh
+from npss_baselines.data.mapping import JointMapping, guess
+from npss_baselines.data.motion import NAMES
+from npss_baselines.manifold.clips.filling import filled
+from npss_baselines.manifold.clips.finding import find
+from npss_baselines.manifold.clips.gap import Gap, lost_in, runs
+from npss_baselines.manifold.clips.outcome import Outcome
+from npss_baselines.manifold.clips.restoring import restored
+from npss_baselines.manifold.clips.upright import Up, up_of, with_own_up, with_y_up
+from npss_baselines.manifold.motion.own_clip import body_height
+from npss_baselines.manifold.restorers.file import default
+from npss_baselines.manifold.restorers.interpolation import Interpolation
+from npss_baselines.manifold.restorers.restorer import Restorer
+
+
+def repair(
+    motion: Bvh,
+    *,
+    missing: Collection[str] | None = None,
+    start: int = 0,
+    end: int | None = None,
+    restorer: Restorer | None = None,
+    mapping: JointMapping | None = None,
+    up: Up | None = None,
+) -> Outcome:
+    """Restore what is missing in a clip: joints that are named, or what is found.
+
+    Without names, these are found: values that are not numbers; joints that are held, that is, do not change at all
+    for .1 seconds or longer while others move; joints that jump, that is, leap from one frame to the next and back
+    within .2 seconds. See `Outcome.gaps`.
+
+    Parameters
+    ----------
+    motion : Bvh
+        The clip.
+    missing : collection of str, optional
+        Joints without a place, as the file or `npss_baselines.data.motion.NAMES` names them; those below them are
+        missing, too (default: what is found).
+    start, end : int, optional
+        The first frame of the file in which they are missing, from 0 on, and the frame after the last (default: all).
+    restorer : Restorer, optional
+        The way to restore (default: the restorer that comes with the package, or else interpolation in time).
+    mapping : JointMapping, optional
+        The common joints of the skeleton (default: guessed).
+    up : {'y', 'z'}, optional
+        The axis that points up (default: that along which the head is above the feet).
+
+    Returns
+    -------
+    Outcome
+        The clip. What is not missing returns exactly; if nothing is, so does the whole clip.
+
+    Raises
+    ------
+    ImportError
+        If scipy is missing.
+    TypeError, ValueError
+        If an argument is invalid, nothing of the clip is known, or the motion cannot be prepared.
+
+    Examples
+    --------
+    >>> from npss_baselines.data import bvh
+    >>> clip = bvh.read("walk.bvh")  # doctest: +SKIP
+    >>> fixed = repair(clip, missing=["RightHand"], start=60, end=120)  # doctest: +SKIP
+    """
+    joints = mapping or guess(motion.skeleton)
+    found = find(motion)
+    if missing is None:
+        gaps = found
+    else:
+        names = [_own_name(name, joints) for name in each("missing", missing, "names of joints", ordered=False)]
+        first, last = _frames(start, end, len(motion.rotations))
+        gaps = [Gap(name, "place", first, last, "given") for name in names]
+        gaps += [gap for gap in found if gap.why == "not a number"]
+    return _made(motion, gaps, restorer, joints, up)
+
+
+def fill(
+    motion: Bvh,
+    joint: str,
+    *,
+    start: int = 0,
+    end: int | None = None,
+    restorer: Restorer | None = None,
+    mapping: JointMapping | None = None,
+    up: Up | None = None,
+) -> Outcome:
+    """Fill in a joint, and those below it, from the rest of the figure.
+
+    Parameters
+    ----------
+    motion : Bvh
+        The clip.
+    joint : str
+        The joint, as the file or `npss_baselines.data.motion.NAMES` names it.
+    start, end, restorer, mapping, up
+        As for `repair`.
+
+    Returns
+    -------
+    Outcome
+        The clip.
+
+    Raises
+    ------
+    ImportError, TypeError, ValueError
+        As `repair`.
+    """
+    return repair(motion, missing=[joint], start=start, end=end, restorer=restorer, mapping=mapping, up=up)
+
+
+def inbetween(
+    motion: Bvh,
+    *,
+    keys: Collection[int] | None = None,
+    every: int | None = None,
+    restorer: Restorer | None = None,
+    mapping: JointMapping | None = None,
+    up: Up | None = None,
+) -> Outcome:
+    """Make the frames between keys.
+
+    Parameters
+    ----------
+    motion : Bvh
+        The clip, of which only keys count.
+    keys : collection of int, optional
+        The frames of the file that are keys, from 0 on (default: those that differ from the frame before).
+    every : int, optional
+        Every n-th frame is a key, from the first on.
+    restorer, mapping, up
+        As for `repair`.
+
+    Returns
+    -------
+    Outcome
+        The clip. Keys return exactly; before the first and after the last one, the figure stays in its place.
+
+    Raises
+    ------
+    ImportError
+        If scipy is missing.
+    TypeError, ValueError
+        If an argument is invalid, or the motion cannot be prepared; or if neither `keys` nor `every` is given, and no
+        frame is held.
+    """
+    n_frames = len(motion.rotations)
+    is_key = np.zeros(n_frames, bool)
+    if keys is not None and every is not None:
+        raise ValueError("every: give either keys or the number of frames from one to the next")
+    if every is not None:
+        is_key[:: positive_integer("every", every)] = True
+    elif keys is not None:
+        for key in each("keys", keys, "frames", ordered=False):
+            if not is_integer(key):
+                raise TypeError(f"keys: expected frames, got {key!r}")
+            if not 0 <= key < n_frames:
+                raise ValueError(f"keys: the clip has the frames 0 to {n_frames - 1}, not {key}")
+            is_key[key] = True
+    else:
+        is_key[:] = [True, *_changes(motion)]
+        if is_key.all():
+            raise ValueError("keys: no frame is held, so every frame is a key; name the keys, or every how many frames")
+    if is_key.sum() < 2:
+        raise ValueError("keys: expected at least two")
+    joints = mapping or guess(motion.skeleton)
+    hips = joints.joints["Hips"]
+    assert hips is not None
+    gaps = [Gap(hips, "place", *run, "not a key") for run in runs(~is_key)]
+    return _made(motion, gaps, restorer, joints, up)
+
+
+def _made(motion: Bvh, gaps: Sequence[Gap], restorer: Restorer | None, mapping: JointMapping, up: Up | None) -> Outcome:
+    """Restore the gaps of a clip."""
+    way = default() if restorer is None else restorer
+    lost = lost_in(gaps, motion, mapping)
+    never = [name for name, absent in zip(NAMES, lost.places.T, strict=True) if absent.all()]
+    if never and isinstance(way, Interpolation):
+        names = ", ".join(never)
+        raise ValueError(
+            f"missing: {names}: missing in all frames, so there is nothing to interpolate; give a restorer"
+        )
+    simple = filled(motion, lost)
+    axis = up_of(simple, mapping) if up is None else up
+    fitted = restored(with_y_up(simple, axis), mapping, lost, way)
+    height = body_height(mapping.positions(simple.positions(), motion.skeleton))
+    return Outcome(with_own_up(fitted.motion, axis), mapping, axis, way.signature, tuple(gaps), fitted.error / height)
+
+
+def _own_name(name: str, mapping: JointMapping) -> str:
+    """Return a joint's name in the file, from that or from its common name."""
+    if not isinstance(name, str):
+        raise TypeError(f"missing: expected names of joints, got {name!r}")
+    if mapping.joints.get(name) is not None:
+        return str(mapping.joints[name])
+    if name not in mapping.joints.values():
+        known = ", ".join(f"{common} ({own})" for common, own in mapping.joints.items() if own is not None)
+        raise ValueError(f"missing: {name!r} is not one of the joints {known}")
+    return name
+
+
+def _frames(start: int, end: int | None, n_frames: int) -> tuple[int, int]:
+    """Check the first frame and the one after the last."""
+    last = n_frames if end is None else end
+    for name, value in (("start", start), ("end", last)):
+        if not is_integer(value):
+            raise TypeError(f"{name}: expected a frame of the file, got {value!r}")
+    if not 0 <= start < last <= n_frames:
+        raise ValueError(
+            f"start: expected frames from 0 to {n_frames}, the first before the last; got {start} to {last}"
+        )
+    return int(start), int(last)
+
+
+def _changes(motion: Bvh) -> list[bool]:
+    """Return whether each frame but the first differs from the one before."""
+    same = [
+        (values[1:] == values[:-1]).reshape(len(values) - 1, -1).all(axis=1)
+        for values in (motion.rotations, motion.translations)
+    ]
+    return list(~(same[0] & same[1]))

@@ -1,0 +1,277 @@
+"""Commands on clips of one's own: a file of each of four programs goes through each, and opens again."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from dialects import walking
+from npss_baselines.__main__ import main
+from npss_baselines.data import bvh, bvh_writer, mapping
+from npss_baselines.data.motion import NAMES
+from npss_baselines.manifold.model.gaussian import fit_gaussian
+from npss_baselines.manifold.motion.scaling import fit_scaling
+from npss_baselines.manifold.restorers import file
+from npss_baselines.manifold.restorers.conditional import Conditional
+
+#: Four programs, and frame rates of their files.
+PROGRAMS = {"mixamo": 30.0, "lafan1": 30.0, "xsens": 60.0, "rokoko": 100.0}
+#: A file has six digits after the point: half a unit of the last in degrees, and the same of three angles in a matrix.
+PRECISION = 3 * np.radians(0.5e-6)
+
+
+@pytest.fixture(scope="module", params=PROGRAMS)
+def clip(request, tmp_path_factory):
+    """Return the file of a generated walk."""
+    path = tmp_path_factory.mktemp("clips") / f"{request.param}.bvh"
+    fps = PROGRAMS[request.param]
+    bvh_writer.write(path, walking(request.param, round(1.5 * fps), fps=fps))
+    return path
+
+
+@pytest.fixture(scope="module")
+def restorer(motions):
+    scaling = fit_scaling(motions.windows, motions.mask, "kind")
+    return Conditional(fit_gaussian(motions.windows, motions.mask, scaling))
+
+
+@pytest.fixture
+def _restorer(monkeypatch, restorer):
+    """Let the package have a restorer."""
+    monkeypatch.setattr(file, "default", lambda: restorer)
+
+
+def call(*words):
+    return main(["manifold", *map(str, words)])
+
+
+def opened(path, original):
+    """Open a file that was written, and compare what must not change."""
+    before, after = bvh.read(original), bvh.read(path)
+    assert after.skeleton.names == before.skeleton.names
+    assert after.skeleton.parents == before.skeleton.parents
+    np.testing.assert_allclose(after.skeleton.offsets, before.skeleton.offsets, rtol=0, atol=1e-6)
+    assert after.channels == before.channels
+    assert after.fps == before.fps
+    parents = [max(parent, 0) for parent in after.skeleton.parents]
+    places, lengths = after.positions(), np.linalg.norm(before.skeleton.offsets, axis=-1)
+    bones = np.linalg.norm(places - places[:, parents], axis=-1)
+    moving = before.skeleton.parents.index(-1)
+    np.testing.assert_allclose(
+        np.delete(bones, moving, 1), np.tile(np.delete(lengths, moving), (len(bones), 1)), atol=1e-5
+    )
+    return before, after
+
+
+@pytest.mark.usefixtures("_restorer")
+def test_repair_what_is_given(clip, tmp_path, capsys):
+    fixed, page = tmp_path / "fixed.bvh", tmp_path / "fixed.html"
+    options = ["--missing", "RightForeArm", "--from", "0.5s", "--to", "0.8s", "--truth", clip]
+    assert call("repair", clip, *options, "-o", fixed, "-o", page) == 0
+    before, after = opened(fixed, clip)
+    start, end = round(0.5 * before.fps), round(0.8 * before.fps)
+    outside = np.r_[:start, end : len(before.rotations)]
+    np.testing.assert_allclose(after.rotations[outside], before.rotations[outside], rtol=0, atol=PRECISION)
+    np.testing.assert_allclose(after.translations, before.translations, rtol=0, atol=1e-6)
+    changed = np.abs(after.rotations - before.rotations).max(axis=(0, 2, 3)) > 1e-4
+    arm = mapping.guess(before.skeleton).joints["RightArm"]
+    assert changed[before.skeleton.names.index(arm)]
+    assert all("Right" in name or "r" in name.lower() for name in np.array(before.skeleton.names)[changed])
+    printed, said = capsys.readouterr()
+    assert f"missing: frames {start} to {end - 1} (0.50 to 0.80 s): " in printed
+    assert "restored by gaussian-12-" in printed
+    error = float(re.search(r"that were missing are (\S+) body heights from the truth", printed)[1])
+    assert error < 0.1
+    assert re.search(r"inverse kinematics: joints are 0\.0\d+ body heights from where they should be", printed)
+    assert said.split() == [str(fixed), str(page)]
+    shown = json.loads(re.search(r'id="data">(.*?)</script>', page.read_text(encoding="utf-8"))[1])
+    assert [(panel["label"], panel["truth"]) for panel in shown["panels"]] == [
+        *[("truth", True), ("before", False), ("after", False)]
+    ]
+    assert shown["figure"]["fps"] == 30
+
+
+@pytest.mark.usefixtures("_restorer")
+def test_repair_what_is_found(clip, tmp_path, capsys):
+    motion = bvh.read(clip)
+    knee = motion.skeleton.names.index(mapping.guess(motion.skeleton).joints["LeftLeg"])
+    start = round(0.6 * motion.fps)
+    motion.rotations[start : start + 2, knee] = (
+        motion.rotations[start : start + 2, knee] @ Rotation.from_rotvec([0, 0, 1]).as_matrix()
+    )
+    bvh_writer.write(damaged := tmp_path / "damaged.bvh", motion)
+    lines = damaged.read_text(encoding="utf-8").splitlines()
+    frames = lines.index("MOTION") + 3
+    row = lines[frames + 5].split()
+    lines[frames + 5] = " ".join([*row[:-3], "nan", "nan", "nan"])
+    damaged.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    assert call("repair", damaged, "-o", tmp_path / "fixed.bvh", "--truth", clip) == 0
+    before, after = opened(tmp_path / "fixed.bvh", clip)
+    printed = capsys.readouterr().out
+    assert f"frames {start} to {start + 1} " in printed
+    assert f"{motion.skeleton.names[knee]}: jump" in printed
+    assert "frames 5 to 5 " in printed
+    assert ": not a number" in printed
+    np.testing.assert_allclose(after.rotations[:, knee], before.rotations[:, knee], rtol=0, atol=0.3)
+    assert call("repair", clip, "-o", tmp_path / "same.bvh") == 0
+    assert "nothing is missing: the clip stays as it is" in capsys.readouterr().out
+    before, after = opened(tmp_path / "same.bvh", clip)
+    np.testing.assert_allclose(after.rotations, before.rotations, rtol=0, atol=PRECISION)
+
+
+@pytest.mark.usefixtures("_restorer")
+def test_fill(clip, tmp_path):
+    assert call("fill", clip, "--joint", "RightHand", "-o", tmp_path / "filled.bvh", "-o", tmp_path / "page.html") == 0
+    before, after = opened(tmp_path / "filled.bvh", clip)
+    np.testing.assert_allclose(after.translations, before.translations, rtol=0, atol=1e-6)
+    elbow = before.skeleton.names.index(mapping.guess(before.skeleton).joints["RightForeArm"])
+    np.testing.assert_allclose(after.rotations[:, elbow - 1], before.rotations[:, elbow - 1], rtol=0, atol=PRECISION)
+
+
+@pytest.mark.usefixtures("_restorer")
+def test_inbetween(clip, tmp_path, capsys):
+    every = round(PROGRAMS[clip.stem] / 6)
+    assert call("inbetween", clip, "--every", every, "-o", tmp_path / "smooth.bvh") == 0
+    before, after = opened(tmp_path / "smooth.bvh", clip)
+    np.testing.assert_allclose(after.rotations[::every], before.rotations[::every], rtol=0, atol=PRECISION)
+    np.testing.assert_allclose(after.translations[::every], before.translations[::every], rtol=0, atol=1e-6)
+    n_frames, n_keys = len(before.rotations), len(range(0, len(before.rotations), every))
+    assert f"missing: {n_frames - n_keys} frames around {n_keys} keys, at most {every - 1} in a row" in (
+        capsys.readouterr().out
+    )
+    assert call("inbetween", clip, "--keys", 0, every, 2 * every) == 0
+    assert call("inbetween", clip) == 2
+    assert "no frame is held" in capsys.readouterr().err
+
+
+def test_interpolate(clip, run, tmp_path, capsys):
+    other = tmp_path / "other.bvh"
+    bvh_writer.write(other, walking("bandai", 45, seed=1))
+    half, page = tmp_path / "half.bvh", tmp_path / "half.html"
+    assert call("interpolate", clip, other, "--share", ".5", "-o", half, "-o", page) == 0
+    opened(half, clip)
+    assert "interpolated: 0.5 of " in capsys.readouterr().out
+    shown = json.loads(re.search(r'id="data">(.*?)</script>', page.read_text(encoding="utf-8"))[1])
+    assert [panel["label"] for panel in shown["panels"]] == [f"0: {clip.stem}", "between: 0.5", "1: other"]
+    assert call("interpolate", clip, other, "--manifold", run, "-o", half) == 0
+    opened(half, clip)
+    assert call("interpolate", clip, other, "--share", "2") == 2
+    assert "--share" in capsys.readouterr().err
+
+
+def test_nearest(clip, run, tmp_path, capsys):
+    folder = tmp_path / "clips" / "deeper"
+    folder.mkdir(parents=True)
+    for seed in (0, 3):
+        bvh_writer.write(folder / f"{seed}.BVH", walking("bandai", 45, seed=seed))
+    assert call("nearest", clip, folder.parent, "-o", tmp_path / "near.html") == 0
+    printed = capsys.readouterr().out
+    assert "of 2 clips, by equation 4 on scaled features:" in printed
+    assert printed.index("deeper/0.BVH") < printed.index("deeper/3.BVH")
+    assert call("nearest", clip, folder.parent, "-n", "1", "--manifold", run) == 0
+    printed = capsys.readouterr().out
+    assert "by G:" in printed
+    assert printed.count(".BVH") == 1
+    assert call("nearest", clip, tmp_path / "clips", "-o", tmp_path / "near.bvh") == 2
+    assert "near.bvh: this command makes no clip; expected a page or a picture" in capsys.readouterr().err
+    (tmp_path / "empty").mkdir()
+    assert call("nearest", clip, tmp_path / "empty") == 2
+    assert "empty: expected a folder with other BVH files" in capsys.readouterr().err
+
+
+def test_project(clip, run, tmp_path, capsys):
+    assert call("project", clip, run, "-o", tmp_path / "projected.bvh", "-o", tmp_path / "projected.html") == 0
+    opened(tmp_path / "projected.bvh", clip)
+    assert "projected by manifold-" in capsys.readouterr().out
+
+
+def test_sample(clip, run, tmp_path, capsys):
+    sampled = tmp_path / "sample.bvh"
+    assert call("sample", run, "--like", clip, "--frames", 40, "-o", sampled, "-o", tmp_path / "sample.html") == 0
+    assert "sampled by values of manifold-" in capsys.readouterr().out
+    motion = bvh.read(sampled)
+    assert len(motion.rotations) == 40
+    assert motion.skeleton.names[: len(NAMES)] != ()
+    assert mapping.guess(motion.skeleton).joints["Head"] == "Head"
+    assert call("sample", run) == 0
+    assert "uniform of manifold-" in capsys.readouterr().out
+
+
+def test_pictures(run, tmp_path):
+    first, second, picture = (tmp_path / name for name in ("first.bvh", "second.bvh", "picture.svg"))
+    bvh_writer.write(first, walking("lafan1", 40))
+    bvh_writer.write(second, walking("lafan1", 50, seed=1))
+    for command in (
+        ("repair", first, "--missing", "Head", "--to", 9, "--truth", first),
+        ("interpolate", first, second),
+        ("nearest", first, tmp_path),
+        ("sample", run),
+    ):
+        assert call(*command, "-o", picture) == 0
+        assert picture.stat().st_size > 5000
+        picture.unlink()
+
+
+def test_mapping(clip, tmp_path, capsys):
+    path = tmp_path / "mapping.json"
+    assert call("mapping", clip, "-o", path) == 0
+    printed = capsys.readouterr().out
+    own = mapping.read(path)
+    assert json.loads(printed) == own.joints
+    options = ["--missing", own.joints["RightHand"], "--from", 0, "--to", 5, "--mapping", path]
+    assert call("repair", clip, *options) == 0
+    path.write_text(json.dumps({**own.joints, "Head": "Tail"}), encoding="utf-8")
+    assert call("repair", clip, *options) == 2
+    assert "Head: the skeleton has no joint 'Tail'" in capsys.readouterr().err
+
+
+class TestRefusals:
+    @pytest.fixture
+    def walk(self, tmp_path):
+        bvh_writer.write(path := tmp_path / "walk.bvh", walking("lafan1", 40))
+        return path
+
+    @pytest.mark.parametrize(
+        ("options", "message"),
+        [
+            (["--missing", "Tail"], "--missing: 'Tail' is not one of the joints Hips"),
+            (
+                ["--missing", "Head", "--from", "2x"],
+                "--from: expected seconds such as 2.5s, or a frame such as 75, got '2x'",
+            ),
+            (
+                ["--missing", "Head", "--from", "5", "--to", "4"],
+                "expected frames from 0 to 40, the first before the last",
+            ),
+            (["--missing", "Head", "--to", "2s"], "got 0 to 60"),
+            (["--from", "5"], "--missing JOINT: needed with --from and --to"),
+            (["-o", "fixed.fbx"], "fixed.fbx: expected a file .bvh, .html, .svg, .pdf, .png"),
+            (["-o", "walk.bvh"], "walk.bvh: would overwrite an input"),
+            (["--restorer", "none.npz"], "none.npz"),
+            (["--mapping", "a", "b"], "--mapping: expected one file"),
+            (["--missing", "Head"], "--missing: Head: missing in all frames, so there is nothing to interpolate"),
+        ],
+    )
+    def test_repair(self, walk, options, message, tmp_path, monkeypatch, capsys):
+        monkeypatch.chdir(tmp_path)
+        assert call("repair", walk, *options) == 2
+        assert message in capsys.readouterr().err
+
+    def test_truth_of_another_length(self, walk, tmp_path, capsys):
+        bvh_writer.write(other := tmp_path / "other.bvh", walking("lafan1", 30))
+        options = ["--missing", "Head", "--to", "5", "--truth"]
+        assert call("repair", walk, *options, other) == 2
+        assert "--truth: 30 frames, but the clip has 40" in capsys.readouterr().err
+        bvh_writer.write(other, walking("xsens", 40))
+        assert call("repair", walk, *options, other) == 2
+        assert "--truth: expected the joints of the clip" in capsys.readouterr().err
+
+    def test_values_that_are_no_numbers_are_for_repair_alone(self, walk, tmp_path, capsys):
+        text = walk.read_text(encoding="utf-8").splitlines()
+        text[-1] = text[-1].replace(text[-1].split()[7], "nan", 1)
+        walk.write_text("\n".join(text) + "\n", encoding="utf-8")
+        assert call("interpolate", walk, walk) == 2
+        assert "'nan' is not a number" in capsys.readouterr().err
+        assert call("repair", walk) == 0
