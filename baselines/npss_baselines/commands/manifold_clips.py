@@ -324,7 +324,7 @@ def _manifold(run: Path | None) -> Manifold | None:
 
 
 def _up(motion: Bvh, mapping: JointMapping) -> Any:
-    from npss_baselines.manifold.clips.upright import up_of
+    from npss_baselines.data.upright import up_of
 
     return up_of(motion, mapping)
 

@@ -36,7 +36,7 @@ class Clip:
     name : str
         Unique within its source: ``02_01``, ``salsa/03``, ``S5/walking_1``.
     source : str
-        ``cmu``, ``cmu-styles``, ``h36m`` or ``synthetic``.
+        ``cmu``, ``cmu-styles``, ``h36m``, ``bvh`` or ``synthetic``.
     subject : str
         The person: ``cmu/02``, ``h36m/S5``, ``synthetic/3``; empty if the source does not say.
     description : str

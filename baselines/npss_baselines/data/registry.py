@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from npss.plugins import Registry
+from npss_baselines.data.bvh_folder import BvhFolder
 from npss_baselines.data.cmu import CMU, CMUStyles
 from npss_baselines.data.h36m_source import Human36M
 from npss_baselines.data.source import PoseSource, Source
@@ -12,12 +13,12 @@ from npss_baselines.data.synthetic import Synthetic
 
 #: Sources by name, in the order in which their motion is read.
 SOURCES: Registry[Source] = Registry(
-    "source", {source.name: source for source in (CMU(), CMUStyles(), Human36M(), Synthetic())}
+    "source", {source.name: source for source in (CMU(), CMUStyles(), Human36M(), BvhFolder(), Synthetic())}
 )
 
 
 _ARGUMENTS = """
-    action actions apart application arguments average budget bvh by cache caption checkpoint-every clip clips
+    action actions apart application arguments average budget by cache caption checkpoint-every clip clips
     columns config data depth device draws end every extra facing folder format fps frames from future h help
     hold-out iterations joint keys label layers level like list loss manifold mapping max-size method methods
     metrics missing model models n name o only out output parser past pictures plan plugin protocol published

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from dialects import CHAINS, swaying, walking, with_z_up
 from npss_baselines.data.mapping import guess
 from npss_baselines.data.motion import JOINTS, NAMES
+from npss_baselines.data.upright import up_of, with_own_up, with_y_up
 from npss_baselines.manifold import fill, inbetween, interpolate, nearest, project, repair, sample
 from npss_baselines.manifold.applications.corrupt import branch
 from npss_baselines.manifold.clips.comparison import restoration_error
@@ -20,7 +21,6 @@ from npss_baselines.manifold.clips.gap import Gap, lost_in, runs
 from npss_baselines.manifold.clips.lost import without_channels, without_places
 from npss_baselines.manifold.clips.restoring import closed, known_features
 from npss_baselines.manifold.clips.search import features_of
-from npss_baselines.manifold.clips.upright import up_of, with_own_up, with_y_up
 from npss_baselines.manifold.model.gaussian import fit_gaussian
 from npss_baselines.manifold.motion.features import to_positions
 from npss_baselines.manifold.motion.own_clip import body_height

@@ -98,15 +98,6 @@ def test_unit_does_not_matter():
     np.testing.assert_allclose(prepare([inches]).features[0], prepare([clip]).features[0], rtol=0, atol=1e-6)
 
 
-def test_another_skeleton():
-    tall = dataclasses.replace(JOINTS)  # a copy
-    tall = type(JOINTS)(JOINTS.names, JOINTS.parents, 2 * JOINTS.offsets)
-    scale = np.r_[np.full(60, 2), 1, 2, 2]
-    np.testing.assert_allclose(
-        prepare(clips(200), skeleton=tall).features[0], scale * prepare(clips(200)).features[0], rtol=0, atol=1e-5
-    )
-
-
 def test_invalid_clips_are_named():
     with pytest.raises(ValueError, match=r"^clips: expected at least one"):
         prepare([])

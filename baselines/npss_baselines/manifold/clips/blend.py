@@ -13,12 +13,12 @@ from npss.validation import Float64
 from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.mapping import JointMapping, guess
 from npss_baselines.data.motion import JOINTS
+from npss_baselines.data.upright import Up, up_of, with_own_up, with_y_up
 from npss_baselines.manifold.applications.interpolate import blend
 from npss_baselines.manifold.applications.interpolate import interpolate as in_hidden_space
 from npss_baselines.manifold.applications.simple import with_lengths
 from npss_baselines.manifold.clips.filling import without_flips
 from npss_baselines.manifold.clips.outcome import Outcome
-from npss_baselines.manifold.clips.upright import Up, up_of, with_own_up, with_y_up
 from npss_baselines.manifold.motion.features import VELOCITIES
 from npss_baselines.manifold.motion.own_clip import body_height, prepare_clip
 

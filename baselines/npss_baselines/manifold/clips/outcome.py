@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from npss.validation import Float64
 from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.mapping import JointMapping
+from npss_baselines.data.upright import Up
 from npss_baselines.manifold.clips.gap import Gap
-from npss_baselines.manifold.clips.upright import Up
 
 
 @dataclass(frozen=True, eq=False)

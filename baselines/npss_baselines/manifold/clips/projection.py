@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.mapping import JointMapping, guess
+from npss_baselines.data.upright import Up, up_of, with_own_up, with_y_up
 from npss_baselines.manifold.clips.outcome import Outcome
-from npss_baselines.manifold.clips.upright import Up, up_of, with_own_up, with_y_up
 from npss_baselines.manifold.motion.own_clip import body_height, prepare_clip
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ from npss.validation import each, is_integer, positive_integer
 from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.mapping import JointMapping, guess
 from npss_baselines.data.motion import NAMES
+from npss_baselines.data.upright import Up, up_of, with_own_up, with_y_up
 from npss_baselines.manifold.clips.filling import filled
 from npss_baselines.manifold.clips.finding import find
 from npss_baselines.manifold.clips.gap import Gap, lost_in, runs
 from npss_baselines.manifold.clips.outcome import Outcome
 from npss_baselines.manifold.clips.restoring import restored
-from npss_baselines.manifold.clips.upright import Up, up_of, with_own_up, with_y_up
 from npss_baselines.manifold.motion.own_clip import body_height
 from npss_baselines.manifold.restorers.file import default
 from npss_baselines.manifold.restorers.interpolation import Interpolation

@@ -10,8 +10,8 @@ import numpy as np
 from npss.validation import Float64
 from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.mapping import JointMapping, guess
+from npss_baselines.data.upright import Up, up_of, with_y_up
 from npss_baselines.manifold.applications.distance import extremes
-from npss_baselines.manifold.clips.upright import Up, up_of, with_y_up
 from npss_baselines.manifold.motion.own_clip import prepare_clip
 from npss_baselines.manifold.motion.scaling import fit_scaling
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from npss.skeleton import Skeleton
 from npss.validation import each
 from npss_baselines.data import SOURCES
 from npss_baselines.data.motion import JOINTS, Clip
@@ -132,20 +131,18 @@ class MotionSet:
         }
 
 
-def prepare(clips: Iterable[Clip], *, skeleton: Skeleton = JOINTS) -> MotionSet:
+def prepare(clips: Iterable[Clip]) -> MotionSet:
     """Prepare clips: resample, normalise bone lengths, put on the ground, compute features.
 
     Parameters
     ----------
     clips : iterable of Clip
         The clips, read one at a time.
-    skeleton : npss.skeleton.Skeleton, optional
-        The common skeleton.
 
     Returns
     -------
     MotionSet
-        The prepared motion, in the unit of the skeleton: for `JOINTS`, body heights.
+        The prepared motion, in body heights.
 
     Raises
     ------
@@ -171,10 +168,10 @@ def prepare(clips: Iterable[Clip], *, skeleton: Skeleton = JOINTS) -> MotionSet:
         if (clip.source, clip.name) in infos:
             raise ValueError(f"clips: {name}: duplicate clip")
         try:
-            positions = normalise_lengths(resample(clip.positions, clip.fps), skeleton)
+            positions = normalise_lengths(resample(clip.positions, clip.fps), JOINTS)
             if clip.source in SOURCES and not SOURCES[clip.source].y_up:
-                positions = level(positions, skeleton)
-            rows = to_features(on_ground(positions), skeleton).astype(np.float32)
+                positions = level(positions, JOINTS)
+            rows = to_features(on_ground(positions), JOINTS).astype(np.float32)
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from error
         features.append(rows)

@@ -13,8 +13,8 @@ from npss.validation import Float64
 from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.mapping import JointMapping
 from npss_baselines.data.motion import JOINTS
+from npss_baselines.data.upright import Up, with_y_up
 from npss_baselines.manifold.clips.filling import last_known
-from npss_baselines.manifold.clips.upright import Up, with_y_up
 from npss_baselines.manifold.motion.features import FPS, local_positions
 from npss_baselines.manifold.motion.own_clip import body_height, prepare_clip
 from npss_baselines.manifold.show import drawing

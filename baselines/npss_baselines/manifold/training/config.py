@@ -35,7 +35,7 @@ class Data:
     Attributes
     ----------
     sources : tuple of str
-        Sources of the clips: ``cmu``, ``cmu-styles``, ``h36m``, ``synthetic``.
+        Sources of the clips: ``cmu``, ``cmu-styles``, ``h36m``, ``bvh``, ``synthetic``.
     clips, windows : int
         Number of clips and of windows.
     digest : str
