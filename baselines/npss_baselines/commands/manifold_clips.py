@@ -99,6 +99,16 @@ def add_parsers(commands: Any) -> None:
     mapping.add_argument("clip", type=Path, metavar="CLIP", help="the clip, a BVH file")
     mapping.add_argument("-o", "--output", type=Path, metavar="FILE", help="write the mapping to this JSON file")
     mapping.set_defaults(run=run_mapping, extra="manifold")
+    example: argparse.ArgumentParser = commands.add_parser(
+        "example",
+        help="write a generated clip, to try the other commands",
+        description="Write a generated walk, to try the other commands.",
+    )
+    example.add_argument(
+        "--damaged", action="store_true", help="hold the right arm from 2 to 3.5 s, and let the head jump at 4.3 s"
+    )
+    _add_output(example)
+    example.set_defaults(run=run_example, extra="manifold")
 
 
 def _add(commands: Any, name: str, summary: str, run: Any, *, restores: bool = False) -> argparse.ArgumentParser:
@@ -271,6 +281,18 @@ def run_mapping(options: argparse.Namespace) -> None:
         check_output(options.output, [options.clip])
         guessed.write(options.output)
         print(options.output, file=sys.stderr)
+
+
+def run_example(options: argparse.Namespace) -> None:
+    """Write a generated clip."""
+    from npss_baselines.manifold import damaged, example
+    from npss_baselines.manifold.show.side_by_side import Shown
+
+    walk = example()
+    motion = damaged(walk) if options.damaged else walk
+    print(f"{len(motion.rotations)} frames, {motion.fps:g} per second; {len(motion.skeleton.names)} joints, y up")
+    name = "damaged walk" if options.damaged else "walk"
+    _write(options, motion, {name: Shown(motion, joint_mapping.guess(motion.skeleton), "y")})
 
 
 def _read(options: argparse.Namespace, clip: Path) -> Bvh:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from npss_baselines.manifold.clips.blend import interpolate
+    from npss_baselines.manifold.clips.example import damaged, example
     from npss_baselines.manifold.clips.gap import Gap
     from npss_baselines.manifold.clips.outcome import Outcome
     from npss_baselines.manifold.clips.projection import project
@@ -16,11 +17,25 @@ if TYPE_CHECKING:
     from npss_baselines.manifold.clips.sampling import sample
     from npss_baselines.manifold.clips.search import nearest
 
-__all__ = ["Gap", "Outcome", "fill", "inbetween", "interpolate", "nearest", "project", "repair", "sample"]
+__all__ = [
+    "Gap",
+    "Outcome",
+    "damaged",
+    "example",
+    "fill",
+    "inbetween",
+    "interpolate",
+    "nearest",
+    "project",
+    "repair",
+    "sample",
+]
 
 _PLACES = {
     "Gap": "gap",
     "Outcome": "outcome",
+    "damaged": "example",
+    "example": "example",
     "fill": "repair",
     "inbetween": "repair",
     "interpolate": "blend",

@@ -11,6 +11,7 @@ from dialects import walking
 from npss_baselines.__main__ import main
 from npss_baselines.data import bvh, bvh_writer, mapping
 from npss_baselines.data.motion import NAMES
+from npss_baselines.manifold import damaged, example
 from npss_baselines.manifold.model.gaussian import fit_gaussian
 from npss_baselines.manifold.motion.scaling import fit_scaling
 from npss_baselines.manifold.restorers import file
@@ -275,3 +276,30 @@ class TestRefusals:
         assert call("interpolate", walk, walk) == 2
         assert "'nan' is not a number" in capsys.readouterr().err
         assert call("repair", walk) == 0
+
+
+def test_the_example_is_repaired(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert call("example", "-o", "walk.bvh") == 0
+    assert call("example", "--damaged", "-o", "broken.bvh") == 0
+    walk, broken = bvh.read("walk.bvh"), bvh.read("broken.bvh")
+    changed = np.any(walk.rotations != broken.rotations, axis=(2, 3))
+    assert {walk.skeleton.names[j] for j in np.flatnonzero(changed.any(axis=0))} == {
+        "Neck", "RightArm", "RightForeArm", "RightHand"
+    }  # fmt: skip
+    assert np.flatnonzero(changed.any(axis=1)).tolist() == [*range(61, 105), *range(130, 133)]
+    capsys.readouterr()
+    assert call("repair", "broken.bvh", "--truth", "walk.bvh", "-o", "fixed.bvh") == 0
+    printed = capsys.readouterr().out
+    assert "frames 61 to 104 (2.03 to 3.50 s): RightArm, RightForeArm, RightHand: held" in printed
+    assert "frames 130 to 132 (4.33 to 4.43 s): Neck: jump" in printed
+    after, before = map(float, re.search(r"are ([\d.]+) body heights .* before, ([\d.]+)", printed).groups())
+    assert after < before
+    fixed = bvh.read("fixed.bvh")
+    same = ~changed.any(axis=1)
+    np.testing.assert_allclose(fixed.rotations[same], broken.rotations[same], rtol=0, atol=PRECISION)
+
+
+def test_a_short_walk_is_not_damaged():
+    with pytest.raises(ValueError, match=r"^walk: expected more than 133 frames, got 90"):
+        damaged(example(90))
