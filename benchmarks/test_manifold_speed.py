@@ -33,6 +33,10 @@ from npss_baselines.manifold.training.loss import loss_of  # noqa: E402
 WINDOWS, EPOCHS = 9673, 25
 WALKERS, FRAMES = 17, 160 + 80 * (WINDOWS // 17 - 1)  # 17 walks of 569 windows
 TURNS, STEPS = 10, 20
+#: Operations of a projection as convolutions: a multiplication and an addition for each frame and weight, twice.
+OPERATIONS = 2 * 2 * 15 * (160 * 63 * 64 + 80 * 64 * 128 + 40 * 128 * 256)
+#: The largest ratio of a projection's time to the floor, by windows in a batch.
+AT_MOST = {1: 2.0, 64: 1.3}
 
 
 @pytest.fixture(autouse=True)
@@ -89,19 +93,49 @@ def test_steps_of_the_schedule():
     print(f"whole schedule, {EPOCHS} epochs of {WINDOWS} windows a phase: {hand:.0f} min, autograd {autograd:.0f} min")
 
 
+def floor(size=1024):
+    """Return the seconds that a projection's operations take in a large matrix product."""
+    first, second = torch.randn(2, size, size)
+    started = time.process_time()
+    first @ second
+    return (time.process_time() - started) * OPERATIONS / (2 * size**3)
+
+
 def test_projection():
+    """Compare projections with the floor: a convolution's operations at the rate of a large matrix product.
+
+    Floor and projections take turns. Their best times have a ratio of at most `AT_MOST`, for motions alone and in
+    batches.
+    """
     network = Autoencoder(config.defaults("paper").model).eval()
     manifold = Manifold(network, Scaling(np.zeros(63), np.ones(63)), "untrained")
     motions = np.random.default_rng(0).normal(0, 0.1, (64, 160, 63)).astype(np.float32)
+    parts = torch.from_numpy(motions)
+    rows = {
+        ("projected", 1): lambda: manifold.project(motions[:1]),
+        ("projected", 64): lambda: manifold.project(motions),
+        ("encoded", 1): lambda: manifold.encode(motions[:1]),
+        ("encoded", 64): lambda: manifold.encode(motions),
+        ("projected by convolutions", 1): lambda: network.project(parts[:1]),
+        ("projected by convolutions", 64): lambda: network.project(parts),
+    }
+    took, floors = {row: [] for row in rows}, []
+    with torch.no_grad():
+        for _ in range(TURNS + 1):
+            floors.append(floor())
+            for (what, n), work in rows.items():
+                started = time.process_time()
+                for _ in range(STEPS if n == 1 else 1):
+                    work()
+                took[what, n].append((time.process_time() - started) / (STEPS if n == 1 else n))
+    ms = 1e3 * min(floors)
     print(f"\n{torch.get_num_threads()} threads; ms a window of (160, 63), best of {TURNS} rounds")
-    for what, project in (("encoded", manifold.encode), ("projected", manifold.project)):
-        single = min(seconds(lambda project=project: project(motions[:1])) for _ in range(TURNS))
-        starts = [time.process_time()]
-        for _ in range(TURNS):
-            project(motions)
-            starts.append(time.process_time())
-        batched = np.diff(starts).min() / len(motions)
-        print(f"{what:10} alone {1e3 * single:6.2f}   of {len(motions)} {1e3 * batched:6.2f}")
+    print(f"floor: {OPERATIONS / 1e6:.0f} MFLOP at {OPERATIONS / ms / 1e6:.0f} GFLOP/s: {ms:.2f}")
+    for (what, n), times in took.items():
+        best = 1e3 * min(times[1:])
+        print(f"{what:26} in batches of {n:2} {best:6.2f} {best / ms:6.2f} x floor")
+    for n, most in AT_MOST.items():
+        assert 1e3 * min(took["projected", n]) <= most * ms
 
 
 @pytest.mark.skipif("NPSS_MANIFOLD_SCHEDULE" not in os.environ, reason="needs NPSS_MANIFOLD_SCHEDULE")

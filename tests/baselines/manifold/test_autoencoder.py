@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from npss_baselines.manifold.model.autoencoder import Autoencoder, AutoencoderConfig, TiedLayer, convolve, spread
+from npss_baselines.manifold.model.matrix_products import MatrixProducts
 from npss_baselines.manifold.model.projector import Manifold, mirrored
 from npss_baselines.manifold.motion.scaling import SCALES, Scaling, fit_scaling
 
@@ -72,6 +73,43 @@ def test_network_follows_the_paper(unpool, pool, depth):
         expected_code, expected = by_hand(window.numpy(), made.first(), config)
         np.testing.assert_allclose(code_of_window, expected_code, atol=1e-12)
         np.testing.assert_allclose(back, expected, atol=1e-10)
+
+
+@pytest.mark.numeric
+@pytest.mark.parametrize("unpool", ["both", "half"])
+@pytest.mark.parametrize("pool", [1, 2, 3])
+@pytest.mark.parametrize("kernel", [1, 3, 5, 15])
+def test_matrix_products_are_the_network(kernel, pool, unpool):
+    config = replace(SMALL, pool=pool, unpool=unpool, kernel=kernel, eps=0.05)
+    made, x = network(config), motion(2, 3 * config.stride)
+    products = MatrixProducts(made)
+    with torch.no_grad():
+        torch.testing.assert_close(products.encode(x), made.encode(x), rtol=0, atol=1e-12)
+        # Values beyond the range of tanh are clipped, and a single step has no neighbours.
+        for code in (motion(2, 3, 6), motion(1, 1, 6)):
+            torch.testing.assert_close(products.decode(code), made.decode(code), rtol=0, atol=1e-10)
+
+
+@pytest.mark.numeric
+def test_single_precision_products_are_the_network():
+    """Compare one layer, of the paper's size.
+
+    A sum of n products in single precision, in any order, is within n eps of the products' magnitudes. tanh does not
+    enlarge errors; atanh enlarges them by 1 / (1 - y^2).
+    """
+    torch.manual_seed(0)
+    made = Autoencoder(AutoencoderConfig(widths=(64,)))
+    products, x = MatrixProducts(made), motion(2, 32, 63).float()
+    eps, n_terms = np.finfo(np.float32).eps, 15 * 64
+    with torch.no_grad():
+        layer = made.first()[0]
+        magnitude = convolve(x.abs(), layer.weight.abs()).max().item()
+        code = products.encode(x)
+        torch.testing.assert_close(code, made.encode(x), rtol=0, atol=n_terms * eps * magnitude)
+        values = code.clamp(-0.999, 0.999)
+        magnitude = spread(torch.atanh(values).abs().repeat_interleave(2, 1), layer.weight.abs()).max().item()
+        error = (n_terms + 4 / (1 - 0.999**2)) * eps * magnitude
+        torch.testing.assert_close(products.decode(code), made.decode(code), rtol=0, atol=error)
 
 
 @pytest.mark.numeric

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -12,11 +13,12 @@ from torch import Tensor
 
 from npss.validation import Array, check_finite, positive_integer, real_array
 from npss_baselines.manifold.model.autoencoder import Autoencoder
+from npss_baselines.manifold.model.matrix_products import MatrixProducts
 from npss_baselines.manifold.motion.scaling import Scaling
 
 __all__ = ["Manifold", "Projector"]
 
-_AT_ONCE = 64  # windows, to bound memory
+_AT_ONCE = 16  # motions of a part: those of 160 frames stay in a processor's cache
 
 
 class Projector(Protocol):
@@ -45,7 +47,7 @@ class Manifold:
     Attributes
     ----------
     network : Autoencoder
-        The network, on any device.
+        The network, on any device. Its weights must not change.
     scaling : Scaling
         Scaling of the features.
     signature : str
@@ -77,8 +79,7 @@ class Manifold:
         """
         motions = motions_of(features, self.network.config.n_features)
         scaled = self.scaling.normalize(mirrored(motions, self.network.config.stride))
-        with torch.no_grad():
-            return np.concatenate([self.network.encode(part).cpu().numpy() for part in self._parts(scaled)])
+        return np.concatenate([self._products.encode(part).cpu().numpy() for part in self._parts(scaled)])
 
     def decode(self, code: npt.ArrayLike, n_frames: int) -> Array:
         """Decode motions.
@@ -106,8 +107,7 @@ class Manifold:
             raise ValueError(
                 f"n_frames: {steps.shape[1]} steps have {steps.shape[1] * config.stride} frames, got {n_frames}"
             )
-        with torch.no_grad():
-            motions = [self.network.decode(part).cpu().numpy() for part in self._parts(steps)]
+        motions = [self._products.decode(part).cpu().numpy() for part in self._parts(steps)]
         return self.scaling.unnormalize(np.concatenate(motions)[:, :n_frames])
 
     def project(self, features: npt.ArrayLike) -> Array:
@@ -115,10 +115,14 @@ class Manifold:
         code = self.encode(features)
         return self.decode(code, np.shape(features)[1])
 
+    @cached_property
+    def _products(self) -> MatrixProducts:
+        return MatrixProducts(self.network)
+
     def _parts(self, values: Array) -> list[Tensor]:
         """Convert arrays to tensors for the network, in parts that bound memory."""
         parameter = next(self.network.parameters())  # has the precision and the device
-        return list(torch.split(torch.from_numpy(values.astype(np.float64)).to(parameter), _AT_ONCE))
+        return list(torch.split(torch.from_numpy(values.astype(np.float64, copy=False)).to(parameter), _AT_ONCE))
 
 
 def motions_of(features: npt.ArrayLike, n_features: int, *, name: str = "features") -> Array:
