@@ -1,18 +1,27 @@
-"""Interpolate two motions, in the hidden space of a manifold or by blending features."""
+"""Interpolate two motions: by features, by directions of bones, or in the hidden space of a manifold."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from npss.validation import Array, is_real, real_array
+from npss.skeleton import Skeleton
+from npss.validation import Array, Float64, is_real, one_of, real_array
+from npss_baselines.data.motion import JOINTS
+from npss_baselines.manifold.applications.simple import with_lengths
+from npss_baselines.manifold.motion.contacts import contacts_of, hold_feet
+from npss_baselines.manifold.motion.features import VELOCITIES, local_positions
+from npss_baselines.manifold.motion.onto_skeleton import unit
 
 if TYPE_CHECKING:
     from npss_baselines.manifold.model.projector import Projector  # imports torch
 
-__all__ = ["blend", "interpolate"]
+__all__ = ["blend", "interpolate", "possible", "slerp"]
+
+#: Ways to interpolate: features linearly; directions of bones along great circles; hidden units linearly.
+Way = Literal["linear", "slerp", "manifold"]
 
 
 def blend(first: npt.ArrayLike, second: npt.ArrayLike, share: float) -> Array:
@@ -51,19 +60,87 @@ def blend(first: npt.ArrayLike, second: npt.ArrayLike, share: float) -> Array:
     return blended
 
 
-def interpolate(projector: Projector, first: npt.ArrayLike, second: npt.ArrayLike, share: float) -> Array:
-    """Blend two motions in the hidden space.
-
-    For a linear manifold such as principal components, the result is only the projection of the linear blend.
+def slerp(first: npt.ArrayLike, second: npt.ArrayLike, share: float, skeleton: Skeleton = JOINTS) -> Float64:
+    """Blend motions by the directions of their bones, each along a great circle, and by everything else linearly.
 
     Parameters
     ----------
-    projector : Projector
-        The manifold.
-    first, second : (n, T, F) array_like
-        The motions.
+    first, second : (..., T, 3 J + 3) array_like
+        Features of motions.
     share : float
-        Share of the second, from 0 to 1; 0 and 1 give the projections of the first and of the second.
+        Share of the second, from 0 to 1.
+    skeleton : npss.skeleton.Skeleton, optional
+        The skeleton of J joints.
+
+    Returns
+    -------
+    (..., T, 3 J + 3) ndarray of float64
+        Features of motion whose bones have the lengths of the skeleton's. The root's place and the velocities are
+        blended linearly.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `blend`, or if the number of joints differs.
+
+    Notes
+    -----
+    Directions are those in the character's frame. Opposite directions have no shortest great circle: the blend then
+    stays with the nearer one.
+
+    References
+    ----------
+    K. Shoemake, "Animating Rotation with Quaternion Curves", SIGGRAPH 1985.
+
+    Examples
+    --------
+    A forearm that points ahead, and one that points up, blend at 45 degrees; a linear blend would be shorter:
+
+    >>> from npss.skeleton import Skeleton
+    >>> arm = Skeleton(["elbow", "hand"], [-1, 0], [[0, 0, 0], [0, 1, 0]])
+    >>> ahead, up = [[0, 0, 0, 0, 0, 1, 0, 0, 0]], [[0, 0, 0, 0, 1, 0, 0, 0, 0]]
+    >>> slerp(ahead, up, 0.5, arm)[0, 3:6].round(3)
+    array([0.   , 0.707, 0.707])
+    """
+    blended = np.array(blend(first, second, share), np.float64)
+    n_joints = len(skeleton.names)
+    if blended.shape[-1] != 3 * n_joints + VELOCITIES:
+        raise ValueError(f"first: expected shape (..., T, {3 * n_joints + VELOCITIES}), got {blended.shape}")
+    ends = [local_positions(np.asarray(motion, np.float64)) for motion in (first, second)]
+    joints = blended[..., :-VELOCITIES].reshape(*blended.shape[:-1], n_joints, 3)
+    lengths = np.linalg.norm(skeleton.offsets, axis=-1)
+    for joint in skeleton._order[1:]:
+        parent = skeleton.parents[joint]
+        a, b = (unit(end[..., joint, :] - end[..., parent, :]) for end in ends)
+        joints[..., joint, :] = joints[..., parent, :] + lengths[joint] * _between(a, b, share)
+    blended[..., :-VELOCITIES] = joints.reshape(*blended.shape[:-1], -1)
+    return blended
+
+
+def interpolate(
+    projector: Projector | None,
+    first: npt.ArrayLike,
+    second: npt.ArrayLike,
+    share: float,
+    *,
+    way: Way = "slerp",
+    constrained: bool = True,
+) -> Array:
+    """Interpolate two motions, so that the result is possible: bones keep their lengths, and standing feet their place.
+
+    Parameters
+    ----------
+    projector : Projector or None
+        The manifold, for the way ``'manifold'``.
+    first, second : (n, T, F) array_like
+        The motions, of the joints of `npss_baselines.data.motion.JOINTS`.
+    share : float
+        Share of the second, from 0 to 1; 0 and 1 give the first and the second, by ``'manifold'`` their projections.
+    way : {'linear', 'slerp', 'manifold'}, optional
+        Blend features, directions of bones, or hidden units; see `Way`. For a linear manifold such as principal
+        components, ``'manifold'`` is only the projection of the linear blend.
+    constrained : bool, optional
+        Whether the blend is made possible, by `possible`; the paper leaves this to future work.
 
     Returns
     -------
@@ -73,7 +150,67 @@ def interpolate(projector: Projector, first: npt.ArrayLike, second: npt.ArrayLik
     Raises
     ------
     TypeError, ValueError
-        If the motions are invalid, their shapes differ, or the share is not from 0 to 1.
+        If the motions are invalid, their shapes differ, the share is not from 0 to 1, the way is unknown, or
+        ``'manifold'`` has no projector.
+
+    Examples
+    --------
+    >>> from npss_baselines.data.synthetic import synthetic_clips
+    >>> from npss_baselines.manifold.motion.dataset import prepare
+    >>> first, second = prepare(synthetic_clips(2, 160, seed=0)).windows[:, np.newaxis]
+    >>> interpolate(None, first, second, 0.5).shape
+    (1, 160, 63)
     """
-    code = blend(projector.encode(first), projector.encode(second), share)
-    return projector.decode(code, np.shape(first)[1])
+    one_of("way", way, get_args(Way))
+    if way == "linear":
+        blended: Array = blend(first, second, share)
+    elif way == "slerp":
+        blended = slerp(first, second, share)
+    elif projector is None:
+        raise ValueError("projector: the way 'manifold' needs a manifold, got None")
+    else:
+        code = blend(projector.encode(first), projector.encode(second), share)
+        blended = projector.decode(code, np.shape(first)[1])
+    return possible(blended, first, second, share) if constrained else blended
+
+
+def possible(blended: npt.ArrayLike, first: npt.ArrayLike, second: npt.ArrayLike, share: float) -> Float64:
+    """Give a blend of motions the lengths of bones, and hold the feet that stand in it.
+
+    A foot stands in the blend while it stands in motions whose shares are together more than a half: in the dominant
+    one, or, at a share of a half, in both.
+
+    Parameters
+    ----------
+    blended : (n, T, 63) array_like
+        The blend.
+    first, second : (n, T, 63) array_like
+        The motions.
+    share : float
+        Share of the second, from 0 to 1.
+
+    Returns
+    -------
+    (n, T, 63) ndarray of float64
+        The blend, made possible.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `interpolate`.
+    """
+    unknown = np.zeros(np.shape(blended), bool)
+    stands = blend(*(contacts_of(motion, JOINTS).astype(float) for motion in (first, second)), share=share)
+    return hold_feet(with_lengths(blended, unknown, JOINTS), stands > 0.5, JOINTS)
+
+
+def _between(a: Float64, b: Float64, share: float) -> Float64:
+    """Return the unit vectors ``(..., 3)`` at a share of the way from unit vectors to others."""
+    cos = np.clip(np.sum(a * b, axis=-1, keepdims=True), -1, 1)
+    angle = np.arccos(cos)
+    sin = np.sin(angle)
+    apart = sin > 1e-6  # the direction of the nearer one, where they are equal or opposite
+    near = a if share <= 0.5 else b
+    way = np.sin((1 - share) * angle) * a + np.sin(share * angle) * b
+    between: Float64 = np.where(apart, np.divide(way, sin, out=np.zeros_like(way), where=apart), near)
+    return between

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from npss.validation import Float64, one_of
 
-__all__ = ["Retrieved", "auc", "chance", "closest_windows", "distances_of", "retrieve"]
+__all__ = ["Retrieved", "auc", "chance", "closest_windows", "distances_between", "distances_of", "retrieve"]
 
 #: Clips with the query's label to find. Other clips with its label are removed from the ranking; all clips with other
 #: labels stay.
@@ -231,6 +231,27 @@ def distances_of(vectors: npt.ArrayLike) -> Float64:
     squares = np.maximum(power[:, np.newaxis] + power - (products + products.T), 0)
     np.fill_diagonal(squares, 0)
     distances: Float64 = np.sqrt(squares)
+    return distances
+
+
+def distances_between(first: npt.ArrayLike, second: npt.ArrayLike) -> Float64:
+    """Compute the Euclidean distances between the vectors of two sets.
+
+    Parameters
+    ----------
+    first, second : (n, D), (m, D) array_like
+        The vectors.
+
+    Returns
+    -------
+    (n, m) ndarray of float64
+        The distances.
+    """
+    a, b = (np.asarray(vectors, np.float64) for vectors in (first, second))
+    centre = a.mean(axis=0)  # for less cancellation
+    a, b = a - centre, b - centre
+    squares = np.square(a).sum(axis=1)[:, np.newaxis] + np.square(b).sum(axis=1) - 2 * (a @ b.T)
+    distances: Float64 = np.sqrt(np.maximum(squares, 0))
     return distances
 
 

@@ -6,20 +6,26 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+import npss
 from npss.records import Record
-from npss.validation import Array, Seed, generator, renamed
+from npss.validation import Array, Float64, Seed, generator, renamed
 from npss_baselines.data.motion import JOINTS
-from npss_baselines.manifold.applications.interpolate import blend, interpolate
+from npss_baselines.manifold.applications.interpolate import Way, interpolate, possible
 from npss_baselines.manifold.applications.method import Method
 from npss_baselines.manifold.applications.sample import PRIORS, sample_codes
+from npss_baselines.manifold.applications.simple import with_lengths
+from npss_baselines.manifold.evaluation.intervals import difference_interval
 from npss_baselines.manifold.evaluation.records import context_of, records_of
 from npss_baselines.manifold.evaluation.testbed import Testbed
+from npss_baselines.manifold.model.projector import Projector
 from npss_baselines.manifold.motion import measures
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.features import FPS, local_positions, to_positions
 
 #: Shares of the second motion at which interpolations are measured, and number of pairs of windows.
 SHARES, PAIRS = (0.25, 0.5, 0.75), 50
+#: The default of `interpolate`, which other methods are compared with.
+DEFAULT = Method("slerp", "possible")
 #: Number of sampled motions, and of evenly spread training windows to compare them with and draw codes from.
 SAMPLES, REAL = 50, 500
 #: A hidden unit is idle if its standard deviation over held-out windows is below `IDLE`; a value is saturated if its
@@ -28,11 +34,17 @@ IDLE, SATURATED = 0.01, 0.95
 
 
 def interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> Iterator[Record]:
-    """Measure how plausible motion between two windows is, by bone error and foot speed.
+    """Measure how plausible motion between two windows is.
 
-    The windows are the first ones of two clips, or random pairs of held-out windows. The metrics ``bone_error`` and
-    ``foot_speed``, in body heights per second, are averaged over `SHARES`. Method ``input`` is the original motions,
-    ``linear`` blended features.
+    The windows are the first ones of two clips, or random pairs of held-out windows. All measures are averaged over
+    `SHARES`: ``bone_error``; ``foot_speed`` and ``joint_speed`` in body heights per second; ``jerk`` in body heights
+    per second cubed; ``npss``, of the interpolation to the first and to the second motion as ground truth, in the
+    character's frame, where each counts by its share. Method ``input`` is the original motions. The others are ways of
+    `npss_baselines.manifold.applications.interpolate.interpolate`, unconstrained, with the ``lengths`` of bones, and
+    made ``possible``.
+
+    For pairs of windows, records have the ends ``low`` and ``high`` of the 95 % interval of the difference from
+    `DEFAULT`, with the pair as block.
     """
     if clips is None:
         first, second = pairs(testbed.test, PAIRS, seed=testbed.seed)
@@ -40,17 +52,39 @@ def interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> Itera
     else:
         first, second = (first_window(testbed.motions, clip) for clip in clips)
         context = context_of(testbed.motions, clips=" ".join(testbed.motions.clips[clip].name for clip in clips))
-    motions = {
-        Method("input"): [first, second],
-        Method("linear"): [blend(first, second, share) for share in SHARES],
-    }
-    for name, projector in testbed.projectors().items():
-        motions[Method(name)] = [interpolate(projector, first, second, share) for share in SHARES]
     context |= {"frames": first.shape[1], "shares": " ".join(f"{share:g}" for share in SHARES)}
-    for method, parts in motions.items():
-        values = validity(np.concatenate(parts))
-        del values["joint_speed"]
-        yield from records_of(testbed, "interpolate", method, values, context)
+    measured = {Method("input"): [_plausibility(first), _plausibility(second)]}
+    for method, blended in interpolations(testbed, first, second):
+        measured[method] = [
+            _plausibility(motion) | {"npss": _npss_to_both(motion, first, second, share)}
+            for share, motion in zip(SHARES, blended, strict=True)
+        ]
+    sums = {
+        method: {name: np.stack([part[name] for part in parts]).sum(axis=0) for name in parts[0]}
+        for method, parts in measured.items()
+    }
+    for method, by_metric in sums.items():
+        values = {name: _quotient(*adds.sum(axis=1)) for name, adds in by_metric.items()}
+        for record in records_of(testbed, "interpolate", method, values, context):
+            name = record["metric"]
+            if clips is None and method not in (DEFAULT, Method("input")):
+                low, high = difference_interval(sums[DEFAULT][name], by_metric[name], seed=testbed.seed)
+                record |= {"against": str(DEFAULT), "low": low, "high": high}
+            yield record
+
+
+def interpolations(testbed: Testbed, first: Array, second: Array) -> Iterator[tuple[Method, list[Array]]]:
+    """Yield the interpolations of windows ``(n, T, F)`` at each of `SHARES`, by method."""
+    unknown = np.zeros(first.shape, bool)
+    ways: list[tuple[str, Way, Projector | None]] = [("linear", "linear", None), ("slerp", "slerp", None)]
+    ways += [(name, "manifold", projector) for name, projector in testbed.projectors().items()]
+    for name, way, projector in ways:
+        free = [interpolate(projector, first, second, share, way=way, constrained=False) for share in SHARES]
+        yield Method(name), free
+        if way != "slerp":  # which keeps lengths
+            yield Method(name, "lengths"), [with_lengths(motion, unknown, JOINTS) for motion in free]
+        made = [possible(motion, first, second, share) for motion, share in zip(free, SHARES, strict=True)]
+        yield Method(name, "possible"), made
 
 
 def sampling(testbed: Testbed) -> Iterator[Record]:
@@ -94,15 +128,44 @@ def filtering(testbed: Testbed) -> Iterator[Record]:
 
 
 def validity(motion: Array, mask: measures.Mask | None = None) -> dict[str, float]:
-    """Measure motions ``(n, T, F)`` without ground truth: bone error, foot speed, joint speed."""
+    """Measure motions ``(n, T, F)`` without ground truth: bone error, foot speed, joint speed, jerk."""
+    return {name: _quotient(*adds.sum(axis=1)) for name, adds in _plausibility(motion, mask).items()}
+
+
+def _plausibility(motion: Array, mask: measures.Mask | None = None) -> dict[str, Float64]:
+    """Return what each motion adds to the two sums whose quotient is a measure of `validity`, ``(2, n)``."""
     counted = np.ones(motion.shape[:2], bool) if mask is None else mask
-    local = local_positions(motion).astype(np.float64)
-    speed = FPS * np.linalg.norm(np.diff(local, axis=1), axis=-1)  # (n, T - 1, J)
-    return {
-        "bone_error": measures.bone_error(local, JOINTS, counted),
-        "foot_speed": measures.foot_speed(to_positions(motion), JOINTS, counted, fps=FPS),
-        "joint_speed": float(speed[counted[:, 1:] & counted[:, :-1]].mean()),
-    }
+    local, world = local_positions(motion).astype(np.float64), to_positions(motion.astype(np.float64))
+    child, parent = np.array(JOINTS.bones).T
+    right = np.linalg.norm(JOINTS.offsets[child], axis=-1)
+    bones = np.abs(np.linalg.norm(local[:, :, child] - local[:, :, parent], axis=-1) - right) / right
+    feet, stays = measures.foot_speeds(world, JOINTS, counted, fps=FPS)
+    parts: dict[str, tuple[Array, Array]] = {"bone_error": (bones, counted), "foot_speed": (feet, stays)}
+    for name, positions, order in (("joint_speed", local, 1), ("jerk", world, 3)):
+        change = FPS**order * np.linalg.norm(np.diff(positions, order, axis=1), axis=-1)
+        whole = np.lib.stride_tricks.sliding_window_view(counted, order + 1, axis=1)
+        parts[name] = (change, np.all(whole, axis=-1))
+    return {name: _sums(*part) for name, part in parts.items()}
+
+
+def _sums(values: Array, counted: Array) -> Float64:
+    """Return the sum and the number of each motion's values ``(n, T, m)`` that count, by frame or by value."""
+    counts = np.broadcast_to(counted if counted.ndim == 3 else counted[..., np.newaxis], values.shape)
+    return np.stack([np.where(counts, values, 0).sum(axis=(1, 2)), counts.sum(axis=(1, 2))])
+
+
+def _npss_to_both(motion: Array, first: Array, second: Array, share: float) -> Float64:
+    """Return what each motion adds to the numerator and denominator of NPSS to two ground truths, by their shares."""
+    pred = local_positions(motion).reshape(*motion.shape[:2], -1)
+    adds = np.zeros((2, len(motion)))
+    for part, original in ((1 - share, first), (share, second)):
+        scored = npss.report(local_positions(original).reshape(pred.shape), pred)
+        adds += part * np.stack([(scored.weight * scored.emd).sum(axis=1), scored.weight.sum(axis=1)])
+    return adds
+
+
+def _quotient(over: float, under: float) -> float:
+    return float(over / under) if under else float("nan")
 
 
 @renamed(rng="seed")

@@ -19,6 +19,7 @@ METRICS = {
     "foot_speed": ("foot speed (body heights/s)", None),
     "joint_speed": ("joint speed (body heights/s)", None),
     "ratio": ("ratio to the best simple way", True),
+    "jerk": ("jerk (body heights/s³)", None),
     "idle": ("idle units", None),
     "saturated": ("saturated values", None),
     "deviation": ("mean deviation", None),
@@ -31,7 +32,10 @@ METRICS = {
 
 
 def text(records: Sequence[Record], *, markdown: bool = False) -> str:
-    """Format records: a table for each application, with signatures below; * marks the best, except the input."""
+    """Format records: a table for each application, with signatures below; * marks the best, except the input.
+
+    In parentheses are the ends of the 95 % interval of the difference from the method named below.
+    """
     groups: dict[str, list[Record]] = {}
     for record in records:
         groups.setdefault(_heading(record), []).append(record)
@@ -39,6 +43,8 @@ def text(records: Sequence[Record], *, markdown: bool = False) -> str:
     for heading, group in groups.items():
         parts.append(f"### {markdown_text(heading)}" if markdown else heading)
         parts.append(_table(group, markdown=markdown))
+        if against := dict.fromkeys(record["against"] for record in group if "against" in record):
+            parts.append(f"in parentheses: 95 % interval of the difference from {', '.join(against)}")
         parts.append("\n".join(f"    {line}" for line in _signatures(group)))
     return "\n\n".join(parts)
 
@@ -95,6 +101,7 @@ def _table(records: Sequence[Record], *, markdown: bool) -> str:
     metrics = list(dict.fromkeys(record["metric"] for record in records))
     methods = list(dict.fromkeys(record["method"] for record in records))
     values = {(record["method"], record["metric"]): record["value"] for record in records}
+    ends = {(r["method"], r["metric"]): f" ({r['low']:+.4f} to {r['high']:+.4f})" for r in records if "low" in r}
     best = {}
     for metric in metrics:
         lower = METRICS[metric][1]
@@ -103,7 +110,13 @@ def _table(records: Sequence[Record], *, markdown: bool) -> str:
             best[metric] = (min if lower else max)(scores, default=None)
     escaped = markdown_text if markdown else str
     rows = [
-        [escaped(method), *(_cell(values.get((method, metric)), best.get(metric)) for metric in metrics)]
+        [
+            escaped(method),
+            *(
+                _cell(values.get((method, metric)), best.get(metric)) + ends.get((method, metric), "")
+                for metric in metrics
+            ),
+        ]
         for method in methods
     ]
     names = [METRICS[metric][0] for metric in metrics]

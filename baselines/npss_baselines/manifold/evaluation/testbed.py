@@ -28,7 +28,7 @@ from npss_baselines.manifold.restorers.simple_ways import SimpleWays
 
 #: Names of other rows in tables and pictures, which manifolds must not have.
 RESERVED = (
-    *("input", "pca", "pca-best", "euclidean", "extremes", "length", "chance", "original", "real", "restorer"),
+    *("input", "slerp", "pca", "pca-best", "euclidean", "extremes", "length", "chance", "original", "real", "restorer"),
     *simple_ways.NAMES,
 )
 

@@ -1,6 +1,6 @@
 """The network as one matrix product a layer, with weights arranged once: for use, not for training.
 
-A projection of 160 frames by the paper's three layers is 157 million operations as convolutions; here it is 125 million.
+A projection of 160 frames by the paper's three layers is 157 million operations by convolutions, here 125 million.
 
 - The neighbours of each frame are copied side by side, so that a convolution is a single matrix product.
 - Even unpooling repeats each value in `pool` successive frames. Instead, the weights that meet the same value are added

@@ -110,6 +110,12 @@ def foot_speed(positions: Array, skeleton: Skeleton, mask: Mask, *, fps: float) 
     ValueError
         If the skeleton lacks these joints, the shapes do not fit, or no frame counts.
     """
+    speed, stays = foot_speeds(positions, skeleton, mask, fps=fps)
+    return float(speed[stays].mean()) if stays.any() else float("nan")
+
+
+def foot_speeds(positions: Array, skeleton: Skeleton, mask: Mask, *, fps: float) -> tuple[Array, Mask]:
+    """Return the horizontal speed ``(n, T - 1, feet)`` of each foot, and where it counts in `foot_speed`."""
     if absent := set(FEET) - set(skeleton.names):
         raise ValueError(f"skeleton: missing joints {', '.join(sorted(absent))}")
     _counted(positions, mask)
@@ -117,8 +123,7 @@ def foot_speed(positions: Array, skeleton: Skeleton, mask: Mask, *, fps: float) 
     height = np.where(mask[:, :, np.newaxis], feet[..., 1], np.inf)
     grounded = height - height.min(axis=(1, 2), keepdims=True) < NEAR
     speed = fps * np.linalg.norm(np.diff(feet[..., ::2], axis=1), axis=-1)
-    stays = grounded[:, 1:] & grounded[:, :-1]
-    return float(speed[stays].mean()) if stays.any() else float("nan")
+    return speed, grounded[:, 1:] & grounded[:, :-1]
 
 
 def power_error(gt: Array, pred: Array, mask: Mask) -> float:

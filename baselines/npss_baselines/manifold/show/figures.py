@@ -10,7 +10,7 @@ import numpy as np
 
 from npss import parse_signature, signature
 from npss.records import Record
-from npss_baselines.manifold.applications.interpolate import blend, interpolate
+from npss_baselines.manifold.applications.interpolate import interpolate
 from npss_baselines.manifold.applications.restore import RESTORATIONS
 from npss_baselines.manifold.applications.sample import filter_motion, sample_codes
 from npss_baselines.manifold.evaluation.similarity import labels_of, ranking
@@ -84,10 +84,11 @@ def interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> Figur
     motions = testbed.motions
     chosen = _pair(motions) if clips is None else clips
     first, second = (first_window(motions, clip) for clip in chosen)
-    rows = {motions.clips[chosen[0]].name: first, "linear, 0.5": blend(first, second, 0.5)}
+    rows = {motions.clips[chosen[0]].name: first}
+    rows |= {f"slerp, possible, {share:g}": interpolate(None, first, second, share) for share in (0.25, 0.5, 0.75)}
+    rows["linear, 0.5"] = interpolate(None, first, second, 0.5, way="linear", constrained=False)
     for name, projector in testbed.projectors().items():
-        shares = (0.25, 0.5, 0.75) if name in testbed.manifolds else (0.5,)
-        rows |= {f"{name}, {share:g}": interpolate(projector, first, second, share) for share in shares}
+        rows[f"{name}, 0.5"] = interpolate(projector, first, second, 0.5, way="manifold", constrained=False)
     rows[motions.clips[chosen[1]].name] = second
     return drawing.strips(
         {name: local_positions(motion[0]) for name, motion in rows.items()},
