@@ -200,8 +200,8 @@ def possible(blended: npt.ArrayLike, first: npt.ArrayLike, second: npt.ArrayLike
         As `interpolate`.
     """
     unknown = np.zeros(np.shape(blended), bool)
-    stands = blend(*(contacts_of(motion, JOINTS).astype(float) for motion in (first, second)), share=share)
-    return hold_feet(with_lengths(blended, unknown, JOINTS), stands > 0.5, JOINTS)
+    one, other = (contacts_of(motion, JOINTS).astype(float) for motion in (first, second))
+    return hold_feet(with_lengths(blended, unknown, JOINTS), blend(one, other, share) > 0.5, JOINTS)
 
 
 def _between(a: Float64, b: Float64, share: float) -> Float64:

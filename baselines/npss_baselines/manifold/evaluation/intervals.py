@@ -88,8 +88,8 @@ def difference_interval(
     Examples
     --------
     >>> low, high = difference_interval(([1, 2, 3], [1, 1, 1]), ([2, 3, 4], [1, 1, 1]), seed=0)
-    >>> float(low), float(high)  # each block is worse by 1
-    (1.0, 1.0)
+    >>> f"{low:.3f} to {high:.3f}"  # each block is worse by 1
+    '1.000 to 1.000'
     """
     sums = [np.asarray(values, np.float64) for pair in (first, second) for values in pair]
     if len(sums) != 4:
