@@ -11,6 +11,8 @@ from npss.gait import gait
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.clip_distances import clip_distances
 from npss_baselines.manifold.applications.distance import g, g_of_poses
+from npss_baselines.manifold.applications.geodesic import geodesic_between
+from npss_baselines.manifold.applications.interpolate import interpolate, slerp
 from npss_baselines.manifold.applications.method import Method
 from npss_baselines.manifold.applications.restore import RESTORATIONS, Windows, corrupted, rescaled
 from npss_baselines.manifold.evaluation import pca_size, restoration, similarity, synthesis, table
@@ -213,7 +215,45 @@ class TestSynthesis:
         expected = synthesis.validity(blends)
         assert value(records, "interpolate", "linear", "bone_error") == pytest.approx(expected["bone_error"])
         assert value(records, "interpolate", "linear", "foot_speed") == pytest.approx(expected["foot_speed"])
+        for method, options in {
+            "slerp, possible": {},
+            "linear, possible": {"way": "linear"},
+            "manifold": {"way": "manifold", "constrained": False},
+            "manifold, possible": {"way": "manifold"},
+        }.items():
+            manifold = testbed.manifolds["manifold"]
+            made = [interpolate(manifold, first, second, share, **options) for share in (0.25, 0.5, 0.75)]
+            expected = synthesis.validity(np.concatenate(made))
+            assert value(records, "interpolate", method, "jerk") == pytest.approx(expected["jerk"])
+        assert not [record for record in records if "low" in record]  # a pair has no interval
         assert npss.parse_signature(records[0]["signature"])["clips"] == "gait/2 gait/5"
+
+    def test_interpolations_are_compared_with_the_default(self, testbed, records):
+        of_pairs = [record for record in records if record["application"] == "interpolate"]
+        assert {r["method"] for r in of_pairs if "low" not in r} == {"input", "slerp, possible"}
+        assert {r["against"] for r in of_pairs if "low" in r} == {"slerp, possible"}
+        for record in of_pairs:
+            if "low" in record:
+                difference = record["value"] - value(records, "interpolate", "slerp, possible", record["metric"])
+                assert record["low"] - 1e-12 <= difference <= record["high"] + 1e-12
+        text = table.text(of_pairs)
+        assert "in parentheses: 95 % interval of the difference from slerp, possible" in text
+
+    def test_npss_of_an_interpolation_counts_both_by_their_shares(self, testbed, records):
+        first, second = synthesis.pairs(testbed.test, synthesis.PAIRS, seed=0)
+        total = np.zeros(2)
+        for share in synthesis.SHARES:
+            pred = slerp(first, second, share)[..., :60]
+            for part, gt in ((1 - share, first[..., :60]), (share, second[..., :60])):
+                scored = npss.report(gt, pred)
+                total += part * np.array([(scored.weight * scored.emd).sum(), scored.weight.sum()])
+        assert value(records, "interpolate", "slerp", "npss") == pytest.approx(total[0] / total[1])
+
+    def test_jerk(self):
+        """A figure that moves along x by t^3 has a constant third difference of 6."""
+        motion = np.zeros((1, 50, 63))
+        motion[0, :, -2] = 1e-4 * np.diff(np.arange(-1.0, 50) ** 3)
+        assert synthesis.validity(motion)["jerk"] == pytest.approx(6e-4 * 30**3)
 
     def test_one_clip_is_not_enough(self, testbed):
         single = testbed.test.only(subjects=["synthetic/0"])
@@ -223,7 +263,14 @@ class TestSynthesis:
     def test_interpolation_and_samples_are_measured(self, records):
         results = {(r["application"], r["method"]) for r in records}
         assert {("interpolate", method) for method in ("input", "linear", "pca", "manifold")} <= results
-        assert {("sample", f"manifold, {prior}") for prior in ("uniform", "range", "values")} <= results
+        assert {("sample", f"manifold, {prior}") for prior in ("local", "uniform", "range", "values")} <= results
+        assert value(records, "sample", "manifold, local, possible", "bone_error") < 1e-9
+        for metric in ("precision", "recall"):
+            assert value(records, "sample", "manifold, uniform", metric) == 0
+            assert 0 <= value(records, "sample", "input", metric) <= 1
+        assert value(records, "sample", "input", "nearest_npss") < value(
+            records, "sample", "manifold, uniform", "nearest_npss"
+        )
         assert value(records, "interpolate", "input", "bone_error") < 1e-5
 
     def test_measures_of_real_motion(self, testbed, records):
@@ -317,10 +364,13 @@ class TestNearness:
         assert [r["value"] for r in ranked] == pytest.approx([distances[r["index"]] for r in ranked])
 
     def test_a_pair(self, testbed, motions):
-        (first, second) = similarity.distance(testbed, 0, 1)
-        codes = [testbed.manifolds["manifold"].encode(motions.features[i][np.newaxis])[0] for i in (0, 1)]
-        assert first["value"] == float(g(*codes))
-        assert second["metric"] == "distance"
+        by_metric = {record["metric"]: record["value"] for record in similarity.distance(testbed, 0, 1)}
+        manifold = testbed.manifolds["manifold"]
+        codes = [manifold.encode(motions.features[i][np.newaxis])[0] for i in (0, 1)]
+        assert by_metric["g"] == float(g(*codes))
+        path = geodesic_between(manifold, *(motions.windows[motions.clip_of == i][0] for i in (0, 1)))
+        assert by_metric["geodesic"] == path.length
+        assert list(by_metric) == ["g", "geodesic", "distance"]
 
 
 @pytest.fixture(scope="module")

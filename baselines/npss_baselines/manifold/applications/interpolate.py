@@ -14,6 +14,7 @@ from npss_baselines.manifold.applications.simple import with_lengths
 from npss_baselines.manifold.motion.contacts import contacts_of, hold_feet
 from npss_baselines.manifold.motion.features import VELOCITIES, local_positions
 from npss_baselines.manifold.motion.onto_skeleton import unit
+from npss_baselines.manifold.motion.smooth import smoothed
 
 if TYPE_CHECKING:
     from npss_baselines.manifold.model.projector import Projector  # imports torch
@@ -140,7 +141,8 @@ def interpolate(
         Blend features, directions of bones, or hidden units; see `Way`. For a linear manifold such as principal
         components, ``'manifold'`` is only the projection of the linear blend.
     constrained : bool, optional
-        Whether the blend is made possible, by `possible`; the paper leaves this to future work.
+        Whether the blend is made possible, by `possible`; the paper leaves this to future work. The decoded motion of
+        a manifold is smoothed, too.
 
     Returns
     -------
@@ -171,6 +173,7 @@ def interpolate(
     else:
         code = blend(projector.encode(first), projector.encode(second), share)
         blended = projector.decode(code, np.shape(first)[1])
+        blended = smoothed(blended) if constrained else blended
     return possible(blended, first, second, share) if constrained else blended
 
 

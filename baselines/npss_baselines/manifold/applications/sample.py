@@ -8,20 +8,26 @@ import numpy as np
 import numpy.typing as npt
 
 from npss.validation import Array, Float64, Seed, generator, one_of, positive_integer, real_array, renamed
+from npss_baselines.data.motion import JOINTS
+from npss_baselines.manifold.applications.simple import with_lengths
+from npss_baselines.manifold.model.prior import fit_prior
+from npss_baselines.manifold.motion.contacts import contacts_of, hold_feet
+from npss_baselines.manifold.motion.smooth import smoothed
 
 if TYPE_CHECKING:
     from npss_baselines.manifold.model.projector import Projector  # imports torch
 
-__all__ = ["filter_motion", "sample_codes"]
+__all__ = ["filter_motion", "motion_of", "sample_codes"]
 
-#: Distributions of codes. ``uniform``: each unit at each step uniformly from [-1, 1], the paper's prior. ``range``:
-#: uniformly between the unit's minimum and maximum in real motion. ``values``: from the unit's values in real motion.
-#: In all three, units and steps are independent.
-PRIORS = ("uniform", "range", "values")
+#: Distributions of codes. ``local``: a Gaussian around each real code, fitted to it and its nearest neighbours; see
+#: `npss_baselines.manifold.model.prior`. ``uniform``: each unit at each step uniformly from [-1, 1], the paper's prior.
+#: ``range``: uniformly between the unit's minimum and maximum in real motion. ``values``: from the unit's values in
+#: real motion. In the last three, units and steps are independent.
+PRIORS = ("local", "uniform", "range", "values")
 
 
 @renamed(rng="seed")
-def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "uniform", seed: Seed) -> Float64:
+def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "local", seed: Seed) -> Float64:
     """Draw random codes.
 
     Parameters
@@ -30,7 +36,7 @@ def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "uniform", seed: 
         Codes of real motion of the same length, for their shape and, except for ``'uniform'``, their values.
     n : int
         Number of codes to draw.
-    prior : {'uniform', 'range', 'values'}, optional
+    prior : {'local', 'uniform', 'range', 'values'}, optional
         Distribution to draw from; see `PRIORS`.
     seed : int or numpy.random.Generator
         Source of randomness.
@@ -38,17 +44,17 @@ def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "uniform", seed: 
     Returns
     -------
     (n, T', H) ndarray of float64
-        Codes, for `Projector.decode`.
+        Codes, for `Projector.decode` or `motion_of`.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is invalid.
+        If an argument is invalid; ``'local'`` needs five codes.
 
     Examples
     --------
     >>> import numpy as np
-    >>> sample_codes(np.zeros((5, 20, 256)), 3, seed=0).shape
+    >>> sample_codes(np.zeros((5, 20, 256)), 3, prior="uniform", seed=0).shape
     (3, 20, 256)
     """
     real = real_array("codes", codes)
@@ -56,12 +62,41 @@ def sample_codes(codes: npt.ArrayLike, n: int, *, prior: str = "uniform", seed: 
         raise ValueError(f"codes: expected shape (N, T', H) = (motions, steps, units), got {real.shape}")
     one_of("prior", prior, PRIORS)
     shape = (positive_integer("n", n), *real.shape[1:])
+    if prior == "local":
+        return fit_prior(real).draw(n, seed=seed)
     rng = generator(seed)
     if prior == "values":
         rows = real.reshape(-1, real.shape[-1])
         return rows[rng.integers(len(rows), size=shape), np.arange(shape[-1])].astype(np.float64)
     low, high = (-1.0, 1.0) if prior == "uniform" else (real.min(axis=(0, 1)), real.max(axis=(0, 1)))
     return rng.uniform(low, high, shape)
+
+
+def motion_of(projector: Projector, codes: npt.ArrayLike, n_frames: int) -> Float64:
+    """Decode codes to possible motion: smooth, with the lengths of bones, and with standing feet in place.
+
+    Parameters
+    ----------
+    projector : Projector
+        The manifold.
+    codes : (n, T', H) array_like
+        Codes, such as those of `sample_codes`.
+    n_frames : int
+        Frames to decode.
+
+    Returns
+    -------
+    (n, n_frames, F) ndarray of float64
+        Motions of the joints of `npss_baselines.data.motion.JOINTS`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `Projector.decode`.
+    """
+    decoded = smoothed(projector.decode(codes, n_frames))
+    motion = with_lengths(decoded, np.zeros(decoded.shape, bool), JOINTS)
+    return hold_feet(motion, contacts_of(motion, JOINTS), JOINTS)
 
 
 def filter_motion(

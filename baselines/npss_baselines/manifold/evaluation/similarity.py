@@ -7,14 +7,20 @@ from collections.abc import Iterator
 import numpy as np
 
 from npss.records import Record
+from npss.validation import Seed
 from npss_baselines.data import SOURCES
 from npss_baselines.manifold.applications.clip_distances import clip_distances, clip_extremes
 from npss_baselines.manifold.applications.distance import g
+from npss_baselines.manifold.applications.geodesic import geodesic_between
 from npss_baselines.manifold.applications.method import Method
-from npss_baselines.manifold.applications.retrieval import MATCHES, auc, chance, retrieve
+from npss_baselines.manifold.applications.retrieval import MATCHES, Retrieved, auc, chance, retrieve
+from npss_baselines.manifold.evaluation.intervals import difference_interval
 from npss_baselines.manifold.evaluation.records import context_of, records_of
 from npss_baselines.manifold.evaluation.testbed import Testbed
 from npss_baselines.manifold.motion.dataset import MotionSet
+
+#: Equation 4 without a manifold, which other methods are compared with.
+PLAIN = Method("extremes")
 
 
 def nearness(testbed: Testbed) -> Iterator[Record]:
@@ -24,6 +30,9 @@ def nearness(testbed: Testbed) -> Iterator[Record]:
     Application ``nearest``: mean average precision ``map`` and nearest-neighbour accuracy ``nearest``, averaged over
     clips, and ``map_of_actions`` and ``nearest_of_actions``, averaged over actions; each for every kind of match. Clips
     of all subjects take part, since no method has seen action names. Sources with a single action give no records.
+
+    Averages over clips have the ends ``low`` and ``high`` of the 95 % interval of the difference from `PLAIN`, with the
+    query as block.
 
     Raises
     ------
@@ -66,16 +75,36 @@ def _nearness(testbed: Testbed, motions: MotionSet, name: str) -> Iterator[Recor
                 names = ("map", "nearest", "map_of_actions", "nearest_of_actions")
                 values = dict(zip(names, (*retrieved.mean(), *retrieved.mean_of_labels(actions)), strict=True))
                 details = {**context, "matches": matches, "queries": retrieved.n_queries}
-                yield from records_of(testbed, "nearest", method, values, details)
+                for record in records_of(testbed, "nearest", method, values, details):
+                    yield record | _difference(results[PLAIN], retrieved, record["metric"], seed=testbed.seed)
+
+
+def _difference(plain: Retrieved, retrieved: Retrieved, metric: str, *, seed: Seed) -> dict[str, object]:
+    """Return the interval of the difference from `PLAIN`, for averages over queries; a query is a block."""
+    if plain is retrieved or metric not in ("map", "nearest"):
+        return {}
+    by_query = [each.precision if metric == "map" else each.nearest for each in (plain, retrieved)]
+    asked = np.isfinite(by_query[0])
+    if asked.sum() < 2:
+        return {}
+    first, second = (np.stack([values[asked], np.ones(asked.sum())]) for values in by_query)
+    low, high = difference_interval(first, second, seed=seed)
+    return {"against": str(PLAIN), "low": low, "high": high}
 
 
 def distance(testbed: Testbed, first: int, second: int) -> Iterator[Record]:
-    """Measure the distances of two clips: ``g`` by each manifold, ``distance`` of their closest windows."""
+    """Measure the distances of two clips.
+
+    ``g`` by each manifold; ``geodesic``, the length of the shortest path along it between their first windows; and the
+    Euclidean ``distance`` of their closest windows.
+    """
     motions = testbed.motions
     context = context_of(motions, clips=" ".join(motions.clips[i].name for i in (first, second)))
     for name, manifold in testbed.manifolds.items():
         codes = [manifold.encode(motions.features[i][np.newaxis])[0] for i in (first, second)]
-        yield from records_of(testbed, "distance", Method(name), {"g": float(g(*codes))}, context)
+        starts = [motions.windows[motions.clip_of == i][0] for i in (first, second)]
+        values = {"g": float(g(*codes)), "geodesic": geodesic_between(manifold, *starts).length}
+        yield from records_of(testbed, "distance", Method(name), values, context)
     windows = [motions.windows[motions.clip_of == i].reshape(-1, motions.windows[0].size) for i in (first, second)]
     closest = min(float(np.linalg.norm(windows[1] - window, axis=1).min()) for window in windows[0])
     yield from records_of(testbed, "distance", Method("euclidean"), {"distance": closest}, context)

@@ -12,8 +12,9 @@ from npss.validation import Array, Float64, Seed, generator, renamed
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.interpolate import Way, interpolate, possible
 from npss_baselines.manifold.applications.method import Method
-from npss_baselines.manifold.applications.sample import PRIORS, sample_codes
+from npss_baselines.manifold.applications.sample import PRIORS, motion_of, sample_codes
 from npss_baselines.manifold.applications.simple import with_lengths
+from npss_baselines.manifold.evaluation.fidelity import NEIGHBOURS, descriptors, nearest_npss, precision_and_recall
 from npss_baselines.manifold.evaluation.intervals import difference_interval
 from npss_baselines.manifold.evaluation.records import context_of, records_of
 from npss_baselines.manifold.evaluation.testbed import Testbed
@@ -21,13 +22,14 @@ from npss_baselines.manifold.model.projector import Projector
 from npss_baselines.manifold.motion import measures
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.features import FPS, local_positions, to_positions
+from npss_baselines.manifold.motion.smooth import smoothed
 
 #: Shares of the second motion at which interpolations are measured, and number of pairs of windows.
 SHARES, PAIRS = (0.25, 0.5, 0.75), 50
 #: The default of `interpolate`, which other methods are compared with.
 DEFAULT = Method("slerp", "possible")
-#: Number of sampled motions, and of evenly spread training windows to compare them with and draw codes from.
-SAMPLES, REAL = 50, 500
+#: Number of sampled motions, and of evenly spread held-out windows to compare them with.
+SAMPLES = 200
 #: A hidden unit is idle if its standard deviation over held-out windows is below `IDLE`; a value is saturated if its
 #: magnitude is above `SATURATED`.
 IDLE, SATURATED = 0.01, 0.95
@@ -41,7 +43,7 @@ def interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> Itera
     per second cubed; ``npss``, of the interpolation to the first and to the second motion as ground truth, in the
     character's frame, where each counts by its share. Method ``input`` is the original motions. The others are ways of
     `npss_baselines.manifold.applications.interpolate.interpolate`, unconstrained, with the ``lengths`` of bones, and
-    made ``possible``.
+    made ``possible``; then, decoded motion is also smoothed.
 
     For pairs of windows, records have the ends ``low`` and ``high`` of the 95 % interval of the difference from
     `DEFAULT`, with the pair as block.
@@ -83,35 +85,60 @@ def interpolations(testbed: Testbed, first: Array, second: Array) -> Iterator[tu
         yield Method(name), free
         if way != "slerp":  # which keeps lengths
             yield Method(name, "lengths"), [with_lengths(motion, unknown, JOINTS) for motion in free]
-        made = [possible(motion, first, second, share) for motion, share in zip(free, SHARES, strict=True)]
+        # As by `interpolate`, where the motion is decoded only once.
+        smooth = free if projector is None else [smoothed(motion) for motion in free]
+        made = [possible(motion, first, second, share) for motion, share in zip(smooth, SHARES, strict=True)]
         yield Method(name, "possible"), made
 
 
 def sampling(testbed: Testbed) -> Iterator[Record]:
-    """Measure sampled motion, and real windows as method ``input``.
+    """Measure sampled motion.
 
-    Metrics: ``bone_error``; ``foot_speed`` and ``joint_speed``, the average speed of joints in the character's frame,
-    both in body heights per second. Methods are projectors, with variants from
-    `npss_baselines.manifold.applications.sample.PRIORS`.
+    Metrics are those of `validity`; ``nearest_npss``, the average of `fidelity.nearest_npss`; and ``precision`` and
+    ``recall`` by `fidelity.descriptors`, scaled to their deviation in training motion. The last three compare with
+    whole held-out windows, at most `SAMPLES`. Methods are projectors with a prior of
+    `npss_baselines.manifold.applications.sample.PRIORS`, as decoded; with ``possible``, by
+    `npss_baselines.manifold.applications.sample.motion_of`. Method ``input`` is as many whole training windows, drawn
+    at random: real motion of other subjects.
     """
-    n_windows = len(testbed.training.windows)
-    indices = np.linspace(0, n_windows - 1, min(REAL, n_windows)).astype(int)
-    windows, mask = testbed.training.windows[indices], testbed.training.mask[indices]
-    motions = {Method("input"): windows}
+    windows = testbed.training.windows[testbed.training.mask.all(axis=1)]
+    real = _spread(testbed.test.windows[testbed.test.mask.all(axis=1)], SAMPLES)
+    n_frames = windows.shape[1]
+    drawn = generator(testbed.seed).choice(len(windows), size=min(SAMPLES, len(windows)), replace=False)
+    motions = {Method("input"): windows[drawn].astype(np.float64)}
     for name, projector in testbed.projectors().items():
         codes = projector.encode(windows)
         for prior in priors_of(testbed, name):
-            drawn = sample_codes(codes, SAMPLES, prior=prior, seed=testbed.seed)
-            motions[Method(name, prior)] = projector.decode(drawn, windows.shape[1])
-    context = context_of(testbed.training, frames=windows.shape[1], samples=SAMPLES, seed=testbed.seed)
+            sampled = sample_codes(codes, SAMPLES, prior=prior, seed=testbed.seed)
+            motions[Method(name, prior)] = projector.decode(sampled, n_frames)
+            if prior == PRIORS[0]:
+                motions[Method(name, f"{prior}, possible")] = motion_of(projector, sampled, n_frames)
+    context = context_of(testbed.test, frames=n_frames, samples=SAMPLES, seed=testbed.seed)
+    deviation = descriptors(windows, testbed.scaling).std(axis=0)
+    unit = np.where(deviation > 0, deviation, 1)
     for method, motion in motions.items():
-        values = validity(motion, mask if method.name == "input" else None)
+        values = validity(motion)
+        if len(real) > NEIGHBOURS:
+            sets = [descriptors(each, testbed.scaling) / unit for each in (real, motion)]
+            values["nearest_npss"] = float(nearest_npss(*map(_coordinates, (real, motion))).mean())
+            values["precision"], values["recall"] = precision_and_recall(*sets)
         yield from records_of(testbed, "sample", method, values, context)
+
+
+def _spread(windows: Array, n: int) -> Array:
+    """Return at most n evenly spread windows."""
+    chosen: Array = windows[np.linspace(0, len(windows) - 1, min(n, len(windows))).round().astype(int)]
+    return chosen
+
+
+def _coordinates(motion: Array) -> Array:
+    """Return the coordinates ``(n, T, 3 J)`` of joints in the character's frame."""
+    return local_positions(motion).reshape(*motion.shape[:2], -1)
 
 
 def priors_of(testbed: Testbed, name: str) -> tuple[str, ...]:
     """Return the priors of a projector: codes of principal components are not limited to [-1, 1]."""
-    return PRIORS if name in testbed.manifolds else PRIORS[1:]
+    return PRIORS if name in testbed.manifolds else PRIORS[2:]
 
 
 def filtering(testbed: Testbed) -> Iterator[Record]:
@@ -156,10 +183,10 @@ def _sums(values: Array, counted: Array) -> Float64:
 
 def _npss_to_both(motion: Array, first: Array, second: Array, share: float) -> Float64:
     """Return what each motion adds to the numerator and denominator of NPSS to two ground truths, by their shares."""
-    pred = local_positions(motion).reshape(*motion.shape[:2], -1)
+    pred = _coordinates(motion)
     adds = np.zeros((2, len(motion)))
     for part, original in ((1 - share, first), (share, second)):
-        scored = npss.report(local_positions(original).reshape(pred.shape), pred)
+        scored = npss.report(_coordinates(original), pred)
         adds += part * np.stack([(scored.weight * scored.emd).sum(axis=1), scored.weight.sum(axis=1)])
     return adds
 

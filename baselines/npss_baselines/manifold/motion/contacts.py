@@ -106,10 +106,11 @@ def hold_feet(features: npt.ArrayLike, contacts: npt.ArrayLike, skeleton: Skelet
         top, foot = positions[..., j(hip), :], positions[..., j(ball), :] - positions[..., j(ankle), :]
         bent, reached = _two_bones(
             top,
-            *(positions[..., j(name), :] for name in (knee, ankle)),
+            positions[..., j(knee), :],
+            positions[..., j(ankle), :],
             shift,
-            (lengths[j(knee)], lengths[j(ankle)]),
-            ahead,
+            lengths=(lengths[j(knee)], lengths[j(ankle)]),
+            ahead=ahead,
         )
         moved = shift.any(axis=-1, keepdims=True)
         for name, place in ((knee, bent), (ankle, reached), (ball, reached + foot)):
@@ -139,7 +140,7 @@ def _shift(path: Float64, stands: Contacts) -> Float64:
 
 
 def _two_bones(
-    top: Float64, knee: Float64, ankle: Float64, shift: Float64, lengths: tuple[float, float], ahead: Float64
+    top: Float64, knee: Float64, ankle: Float64, shift: Float64, *, lengths: tuple[float, float], ahead: Float64
 ) -> tuple[Float64, Float64]:
     """Return the places of knee and ankle ``(..., 3)`` for which the ankle is nearest to its shifted place."""
     thigh, shank = lengths

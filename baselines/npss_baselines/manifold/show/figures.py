@@ -12,7 +12,7 @@ from npss import parse_signature, signature
 from npss.records import Record
 from npss_baselines.manifold.applications.interpolate import interpolate
 from npss_baselines.manifold.applications.restore import RESTORATIONS
-from npss_baselines.manifold.applications.sample import filter_motion, sample_codes
+from npss_baselines.manifold.applications.sample import PRIORS, filter_motion, motion_of, sample_codes
 from npss_baselines.manifold.evaluation.similarity import labels_of, ranking
 from npss_baselines.manifold.evaluation.synthesis import first_window, priors_of
 from npss_baselines.manifold.evaluation.testbed import Testbed
@@ -99,17 +99,19 @@ def interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> Figur
 
 def samples(testbed: Testbed) -> Figure:
     """Draw a sample of each prior."""
-    windows = testbed.training.windows
-    rows = {"real": windows[window_of(testbed.training, None)]}
+    windows = testbed.training.windows[testbed.training.mask.all(axis=1)]
+    rows = {"real": windows[0]}
     for name, projector in testbed.projectors().items():
         codes = projector.encode(windows)
         for prior in priors_of(testbed, name):
             drawn = sample_codes(codes, 1, prior=prior, seed=testbed.seed)
             rows[f"{name}, {prior}"] = projector.decode(drawn, windows.shape[1])[0]
+            if prior == PRIORS[0]:
+                rows[f"{name}, {prior}, possible"] = motion_of(projector, drawn, windows.shape[1])[0]
     return drawing.strips(
         {name: local_positions(motion) for name, motion in rows.items()},
-        "uniform: each unit at each step from [-1, 1]; range: between the unit's minimum and maximum; values: from "
-        "the unit's values in real motion",
+        "local: from a Gaussian around a real code; uniform: each unit at each step from [-1, 1]; range: between the "
+        "unit's minimum and maximum; values: from the unit's values in real motion",
     )
 
 
