@@ -1,4 +1,4 @@
-"""Interpolate two motions: by features, by directions of bones, or in the hidden space of a manifold."""
+"""Interpolate two motions: by features, by rotations of joints, or in the hidden space of a manifold."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from npss.rotations import expmap_to_matrix
 from npss.skeleton import Skeleton
 from npss.validation import Array, Float64, is_real, one_of, real_array
 from npss_baselines.data.motion import JOINTS
@@ -21,8 +22,10 @@ if TYPE_CHECKING:
 
 __all__ = ["blend", "interpolate", "possible", "slerp"]
 
-#: Ways to interpolate: features linearly; directions of bones along great circles; hidden units linearly.
+#: Ways to interpolate: features linearly; rotations of joints by a share of their angle; hidden units linearly.
 Way = Literal["linear", "slerp", "manifold"]
+
+_APART = 1e-9  # sine of the angle below which two directions are equal or opposite
 
 
 def blend(first: npt.ArrayLike, second: npt.ArrayLike, share: float) -> Array:
@@ -62,7 +65,11 @@ def blend(first: npt.ArrayLike, second: npt.ArrayLike, share: float) -> Array:
 
 
 def slerp(first: npt.ArrayLike, second: npt.ArrayLike, share: float, skeleton: Skeleton = JOINTS) -> Float64:
-    """Blend motions by the directions of their bones, each along a great circle, and by everything else linearly.
+    """Blend motions by the rotations of their joints, and by everything else linearly.
+
+    From the first motion to the second, each joint turns by the smallest rotation that takes its bone to the other
+    direction, in the frame that turns with the bone above it. The blend turns by a share of the angle. So an arm that
+    is straight in both motions is straight in between.
 
     Parameters
     ----------
@@ -86,8 +93,8 @@ def slerp(first: npt.ArrayLike, second: npt.ArrayLike, share: float, skeleton: S
 
     Notes
     -----
-    Directions are those in the character's frame. Opposite directions have no shortest great circle: the blend then
-    stays with the nearer one.
+    Positions do not tell how a bone turns about itself; the smallest rotation does not turn it. Opposite directions
+    have many smallest rotations, of which one is taken.
 
     References
     ----------
@@ -107,13 +114,21 @@ def slerp(first: npt.ArrayLike, second: npt.ArrayLike, share: float, skeleton: S
     n_joints = len(skeleton.names)
     if blended.shape[-1] != 3 * n_joints + VELOCITIES:
         raise ValueError(f"first: expected shape (..., T, {3 * n_joints + VELOCITIES}), got {blended.shape}")
-    ends = [local_positions(np.asarray(motion, np.float64)) for motion in (first, second)]
-    joints = blended[..., :-VELOCITIES].reshape(*blended.shape[:-1], n_joints, 3)
-    lengths = np.linalg.norm(skeleton.offsets, axis=-1)
+    start, end = (local_positions(np.asarray(motion, np.float64)) for motion in (first, second))
+    joints = start.copy()
+    root = skeleton._order[0]
+    joints[..., root, :] = local_positions(blended)[..., root, :]
+    # Rotations from the first motion, of each bone and what it carries: to the blend, and to the second motion.
+    still = np.broadcast_to(np.eye(3), (*start.shape[:-2], 3, 3))
+    partly, wholly = {root: still}, {root: still}
     for joint in skeleton._order[1:]:
         parent = skeleton.parents[joint]
-        a, b = (unit(end[..., joint, :] - end[..., parent, :]) for end in ends)
-        joints[..., joint, :] = joints[..., parent, :] + lengths[joint] * _between(a, b, share)
+        before, after = (unit(motion[..., joint, :] - motion[..., parent, :]) for motion in (start, end))
+        turn = _smallest_rotation(before, np.einsum("...ji,...j->...i", wholly[parent], after))
+        partly[joint] = partly[parent] @ expmap_to_matrix(share * turn)
+        wholly[joint] = wholly[parent] @ expmap_to_matrix(turn)
+        bone = np.linalg.norm(skeleton.offsets[joint]) * before
+        joints[..., joint, :] = joints[..., parent, :] + np.einsum("...ij,...j->...i", partly[joint], bone)
     blended[..., :-VELOCITIES] = joints.reshape(*blended.shape[:-1], -1)
     return blended
 
@@ -138,7 +153,7 @@ def interpolate(
     share : float
         Share of the second, from 0 to 1; 0 and 1 give the first and the second, by ``'manifold'`` their projections.
     way : {'linear', 'slerp', 'manifold'}, optional
-        Blend features, directions of bones, or hidden units; see `Way`. For a linear manifold such as principal
+        Blend features, rotations of joints, or hidden units; see `Way`. For a linear manifold such as principal
         components, ``'manifold'`` is only the projection of the linear blend.
     constrained : bool, optional
         Whether the blend is made possible, by `possible`; the paper leaves this to future work. The decoded motion of
@@ -207,13 +222,12 @@ def possible(blended: npt.ArrayLike, first: npt.ArrayLike, second: npt.ArrayLike
     return hold_feet(with_lengths(blended, unknown, JOINTS), blend(one, other, share) > 0.5, JOINTS)
 
 
-def _between(a: Float64, b: Float64, share: float) -> Float64:
-    """Return the unit vectors ``(..., 3)`` at a share of the way from unit vectors to others."""
-    cos = np.clip(np.sum(a * b, axis=-1, keepdims=True), -1, 1)
-    angle = np.arccos(cos)
-    sin = np.sin(angle)
-    apart = sin > 1e-6  # the direction of the nearer one, where they are equal or opposite
-    near = a if share <= 0.5 else b
-    way = np.sin((1 - share) * angle) * a + np.sin(share * angle) * b
-    between: Float64 = np.where(apart, np.divide(way, sin, out=np.zeros_like(way), where=apart), near)
-    return between
+def _smallest_rotation(first: Float64, second: Float64) -> Float64:
+    """Return the smallest rotations from unit vectors ``(..., 3)`` to others, as exponential maps."""
+    axis = np.cross(first, second)
+    sin, cos = np.linalg.norm(axis, axis=-1, keepdims=True), np.sum(first * second, axis=-1, keepdims=True)
+    # Of opposite vectors, the axis is any that is perpendicular: beside the smallest coordinate.
+    beside = np.cross(first, np.eye(3)[np.abs(first).argmin(axis=-1)])
+    axis = unit(np.where(sin > _APART, axis, beside))
+    rotation: Float64 = np.arctan2(np.where(sin > _APART, sin, 0), cos) * axis
+    return rotation
