@@ -254,6 +254,9 @@ class TestSynthesis:
         motion = np.zeros((1, 50, 63))
         motion[0, :, -2] = 1e-4 * np.diff(np.arange(-1.0, 50) ** 3)
         assert synthesis.validity(motion)["jerk"] == pytest.approx(6e-4 * 30**3)
+        assert synthesis.validity(motion)["snaps"] == 0
+        motion[0, 25, :3] += 1  # a jump of one joint in a frame: four third differences, of 1, 3, 3 and 1
+        assert synthesis.validity(motion)["snaps"] == pytest.approx(4 / (20 * 47))
 
     def test_one_clip_is_not_enough(self, testbed):
         single = testbed.test.only(subjects=["synthetic/0"])

@@ -11,8 +11,6 @@ import numpy.typing as npt
 from npss import Interval
 from npss.validation import Float64, Seed, generator, is_real, positive_integer
 
-__all__ = ["difference_interval", "sums_of_blocks"]
-
 RESAMPLES = 9999
 
 

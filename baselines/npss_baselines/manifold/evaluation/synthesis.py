@@ -30,6 +30,8 @@ SHARES, PAIRS = (0.25, 0.5, 0.75), 50
 DEFAULT = Method("slerp", "possible")
 #: Number of sampled motions, and of evenly spread held-out windows to compare them with.
 SAMPLES = 200
+#: A joint snaps while its jerk is larger, in body heights per second cubed: .001 of the time in real motion.
+SNAP = 1000.0
 #: A hidden unit is idle if its standard deviation over held-out windows is below `IDLE`; a value is saturated if its
 #: magnitude is above `SATURATED`.
 IDLE, SATURATED = 0.01, 0.95
@@ -40,7 +42,7 @@ def interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> Itera
 
     The windows are the first ones of two clips, or random pairs of held-out windows. All measures are averaged over
     `SHARES`: ``bone_error``; ``foot_speed`` and ``joint_speed`` in body heights per second; ``jerk`` in body heights
-    per second cubed; ``npss``, of the interpolation to the first and to the second motion as ground truth, in the
+    per second cubed; ``snaps``, the share of joints and frames with a jerk above `SNAP`; ``npss``, of the interpolation to the first and to the second motion as ground truth, in the
     character's frame, where each counts by its share. Method ``input`` is the original motions. The others are ways of
     `npss_baselines.manifold.applications.interpolate.interpolate`, unconstrained, with the ``lengths`` of bones, and
     made ``possible``; then, decoded motion is also smoothed.
@@ -155,7 +157,7 @@ def filtering(testbed: Testbed) -> Iterator[Record]:
 
 
 def validity(motion: Array, mask: measures.Mask | None = None) -> dict[str, float]:
-    """Measure motions ``(n, T, F)`` without ground truth: bone error, foot speed, joint speed, jerk."""
+    """Measure motions ``(n, T, F)`` without ground truth: bone error, foot speed, joint speed, jerk, snaps."""
     return {name: _quotient(*adds.sum(axis=1)) for name, adds in _plausibility(motion, mask).items()}
 
 
@@ -172,6 +174,7 @@ def _plausibility(motion: Array, mask: measures.Mask | None = None) -> dict[str,
         change = FPS**order * np.linalg.norm(np.diff(positions, order, axis=1), axis=-1)
         whole = np.lib.stride_tricks.sliding_window_view(counted, order + 1, axis=1)
         parts[name] = (change, np.all(whole, axis=-1))
+    parts["snaps"] = (parts["jerk"][0] > SNAP, parts["jerk"][1])
     return {name: _sums(*part) for name, part in parts.items()}
 
 

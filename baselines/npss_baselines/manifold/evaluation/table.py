@@ -20,6 +20,7 @@ METRICS = {
     "joint_speed": ("joint speed (body heights/s)", None),
     "ratio": ("ratio to the best simple way", True),
     "jerk": ("jerk (body heights/s³)", None),
+    "snaps": ("snaps (share)", None),
     "nearest_npss": ("NPSS to nearest", True),
     "precision": ("precision", False),
     "recall": ("recall", False),

@@ -152,6 +152,16 @@ def fit_prior(codes: npt.ArrayLike, *, neighbours: int = NEIGHBOURS, components:
 def load_prior(path: Path) -> Prior:
     """Read a prior from a file that `Prior.save` wrote.
 
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Prior
+        The prior.
+
     Raises
     ------
     FileNotFoundError
