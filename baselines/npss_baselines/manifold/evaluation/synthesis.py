@@ -42,10 +42,12 @@ def interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> Itera
 
     The windows are the first ones of two clips, or random pairs of held-out windows. All measures are averaged over
     `SHARES`: ``bone_error``; ``foot_speed`` and ``joint_speed`` in body heights per second; ``jerk`` in body heights
-    per second cubed; ``snaps``, the share of joints and frames with a jerk above `SNAP`; ``npss``, of the interpolation to the first and to the second motion as ground truth, in the
-    character's frame, where each counts by its share. Method ``input`` is the original motions. The others are ways of
-    `npss_baselines.manifold.applications.interpolate.interpolate`, unconstrained, with the ``lengths`` of bones, and
-    made ``possible``; then, decoded motion is also smoothed.
+    per second cubed; ``snaps``, the share of joints and frames with a jerk above `SNAP`; ``npss``, of the interpolation
+    to the first and to the second motion as ground truth, in the character's frame, where each counts by its share.
+
+    Method ``input`` is the original motions. The others are ways of
+    `npss_baselines.manifold.applications.interpolate.interpolate`: unconstrained, with the ``lengths`` of bones, and
+    made ``possible``, where decoded motion is also smoothed.
 
     For pairs of windows, records have the ends ``low`` and ``high`` of the 95 % interval of the difference from
     `DEFAULT`, with the pair as block.
