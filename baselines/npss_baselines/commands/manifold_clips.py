@@ -84,7 +84,8 @@ def add_parsers(commands: Any) -> None:
         type=Path,
         default=[],
         metavar="CLIP",
-        help="draw each hidden unit from its values in these clips, BVH files (default: uniformly from -1 to 1)",
+        help="draw codes around those of these clips, BVH files with five windows or more in all (default: each hidden "
+        "unit uniformly from -1 to 1)",
     )
     sample.add_argument("--frames", type=int, default=160, metavar="N", help="sample N frames (default: %(default)s)")
     sample.add_argument("--seed", type=int, default=0, metavar="N", help="set the seed (default: %(default)s)")
@@ -266,7 +267,8 @@ def run_sample(options: argparse.Namespace) -> None:
 
     manifold = _manifold(options.runs[0])
     assert manifold is not None
-    windows = [windows_of(features_of(bvh.read(clip)))[0] for clip in options.like]
+    size = {"window": options.frames, "step": max(1, options.frames // 8)}
+    windows = [windows_of(features_of(bvh.read(clip)), **size)[0] for clip in options.like]
     real = np.concatenate(windows) if windows else None
     outcome = sample(manifold, n_frames=options.frames, real=real, seed=options.seed)
     print(f"sampled by {outcome.way}: {options.frames} frames, seed {options.seed}")

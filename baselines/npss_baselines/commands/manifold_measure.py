@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from npss.files import doing, write_figure_atomically
+from npss.files import doing, write_figure_atomically, write_text_atomically
 from npss.ranking import names_of_paths
 from npss_baselines.commands.sources import add_folder_options, folders_of
 from npss_baselines.data import SOURCES
@@ -42,7 +42,7 @@ def add_parsers(commands: Any) -> None:
         restore.add_argument("--clip", metavar="CLIP", help="draw this clip of a held-out subject (default: the first)")
         restore.set_defaults(application=application)
         _add_restorer(restore)
-    interpolate = _add(applications, "interpolate", "interpolate two motions in the hidden space", run_interpolation)
+    interpolate = _add(applications, "interpolate", "interpolate two motions", run_interpolation)
     interpolate.add_argument(
         "--clips",
         nargs=2,
@@ -89,7 +89,11 @@ def _add(applications: Any, name: str, summary: str, run: Any, *, several: bool 
     )
     if not several:
         parser.add_argument(
-            "-o", "--output", type=Path, metavar="PICTURE", help="also write a picture (.svg, .pdf or .png)"
+            "-o",
+            "--output",
+            type=Path,
+            metavar="PICTURE",
+            help="also write a picture (.svg, .pdf or .png); of `interpolate` also a moving page (.html)",
         )
     parser.set_defaults(run=run, extra="manifold")
     return parser
@@ -123,7 +127,10 @@ def run_interpolation(options: argparse.Namespace) -> None:
     testbed = _testbed(options)
     clips = options.clips and [figures.clip_named(testbed.motions, clip) for clip in options.clips]
     _show(options, list(interpolation(testbed, clips)))
-    if options.output:
+    if options.output and options.output.suffix.lower() == ".html":
+        write_text_atomically(options.output, figures.moving_interpolation(testbed, clips))
+        print(options.output, file=sys.stderr)
+    elif options.output:
         _save(options.output, figures.interpolation(testbed, clips))
 
 

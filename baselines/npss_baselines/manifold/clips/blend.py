@@ -12,11 +12,9 @@ from npss.rotations import matrix_to_quaternion, quaternion_to_matrix
 from npss.validation import Float64
 from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.mapping import JointMapping, guess
-from npss_baselines.data.motion import JOINTS
 from npss_baselines.data.upright import Up, up_of, with_own_up, with_y_up
-from npss_baselines.manifold.applications.interpolate import blend
-from npss_baselines.manifold.applications.interpolate import interpolate as in_hidden_space
-from npss_baselines.manifold.applications.simple import with_lengths
+from npss_baselines.manifold.applications.interpolate import Way, blend
+from npss_baselines.manifold.applications.interpolate import interpolate as interpolated
 from npss_baselines.manifold.clips.filling import without_flips
 from npss_baselines.manifold.clips.outcome import Outcome
 from npss_baselines.manifold.motion.features import VELOCITIES
@@ -37,8 +35,9 @@ def interpolate(
 ) -> Outcome:
     """Interpolate two clips.
 
-    Both are stretched to the same duration, the average of theirs by share. Their features are then blended linearly,
-    or in the hidden space of a manifold, and bones get their lengths. The phases of steps are not aligned.
+    Both are stretched to the same duration, the average of theirs by share. The directions of their bones are then
+    blended along great circles, or their hidden units in a manifold; bones get their lengths, and standing feet stay in
+    their place. The phases of steps are not aligned.
 
     Parameters
     ----------
@@ -72,17 +71,14 @@ def interpolate(
     base = _stretched(with_y_up(first, axes[0]), round(float(seconds) * first.fps) + 1)
     clip, other = prepare_clip(base, joints[0]), prepare_clip(with_y_up(second, axes[1]), joints[1])
     own, others = clip.features, _stretched_features(other.features, len(clip.features))
-    if manifold is None:
-        features, way = blend(own, others, share), "linear"
-    else:
-        features = in_hidden_space(manifold, own[np.newaxis], others[np.newaxis], share)[0]
-        way = manifold.signature
+    way: Way = "slerp" if manifold is None else "manifold"
+    features = own
     if share > 0 or manifold is not None:
-        features = with_lengths(features[np.newaxis], np.zeros((1, *features.shape), bool), JOINTS)[0]
+        features = interpolated(manifold, own[np.newaxis], others[np.newaxis], share, way=way)[0]
     fitted = clip.back(features)
-    return Outcome(
-        with_own_up(fitted.motion, axes[0]), joints[0], axes[0], way, (), fitted.error / body_height(clip.common)
-    )
+    signature = way if manifold is None else manifold.signature
+    error = fitted.error / body_height(clip.common)
+    return Outcome(with_own_up(fitted.motion, axes[0]), joints[0], axes[0], signature, (), error)
 
 
 def _stretched(motion: Bvh, n_frames: int) -> Bvh:

@@ -12,9 +12,9 @@ from npss.validation import Seed, positive_integer
 from npss_baselines.data.bvh import CHANNELS, Bvh
 from npss_baselines.data.mapping import JointMapping
 from npss_baselines.data.motion import JOINTS, NAMES
-from npss_baselines.manifold.applications.sample import sample_codes
-from npss_baselines.manifold.applications.simple import with_lengths
+from npss_baselines.manifold.applications.sample import motion_of, sample_codes
 from npss_baselines.manifold.clips.outcome import Outcome
+from npss_baselines.manifold.model.prior import NEIGHBOURS
 from npss_baselines.manifold.motion.features import FPS, to_positions
 from npss_baselines.manifold.motion.onto_skeleton import onto_skeleton
 from npss_baselines.manifold.motion.windows import WINDOW
@@ -37,9 +37,9 @@ def sample(
         The manifold, as `npss_baselines.manifold.training.folder.load` returns it in `Run.projector`.
     n_frames : int, optional
         The number of frames, at 30 per second.
-    real : (N, T, 63) array_like, optional
-        Features of real motion: each unit is drawn from its values there. By default it is drawn uniformly from
-        [-1, 1], the paper's prior, which gives no plausible motion.
+    real : (N, n_frames, 63) array_like, optional
+        Features of real motion, five or more: codes are drawn around theirs, see `npss_baselines.manifold.model.prior`.
+        By default each unit is drawn uniformly from [-1, 1], the paper's prior, which gives no plausible motion.
     seed : int or numpy.random.Generator, optional
         Source of randomness.
 
@@ -56,15 +56,12 @@ def sample(
     count = positive_integer("n_frames", n_frames)
     shape = manifold.encode(np.zeros((1, count, 3 * len(NAMES) + 3))).shape
     if real is None:
-        codes, way = sample_codes(np.zeros(shape), 1, seed=seed), "uniform"
+        codes, way = sample_codes(np.zeros(shape), 1, prior="uniform", seed=seed), "uniform"
     else:
-        values = manifold.encode(real)
-        # The values of each unit at any step, cut into as many steps as the motion has.
-        cut = np.resize(values, (max(1, values.shape[0] * values.shape[1] // shape[1]), *shape[1:]))
-        codes, way = sample_codes(cut, 1, prior="values", seed=seed), "values"
-    features = manifold.decode(codes, count)
-    possible = with_lengths(features, np.zeros(features.shape, bool), JOINTS)
-    places = to_positions(possible[0]) * CENTIMETRES
+        if len(np.asarray(real)) <= NEIGHBOURS:
+            raise ValueError(f"real: expected more than {NEIGHBOURS} motions, got {len(np.asarray(real))}")
+        codes, way = sample_codes(manifold.encode(real), 1, seed=seed), "local"
+    places = to_positions(motion_of(manifold, codes, count)[0]) * CENTIMETRES
     mapping = JointMapping({name: name for name in NAMES})
     fitted = onto_skeleton(places, figure(count), mapping)
     return Outcome(fitted.motion, mapping, "y", f"{way} of {manifold.signature}", (), fitted.error / CENTIMETRES)

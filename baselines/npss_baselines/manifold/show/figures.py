@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from npss import parse_signature, signature
+from npss.commands import motion_page
 from npss.records import Record
+from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.interpolate import interpolate
 from npss_baselines.manifold.applications.restore import RESTORATIONS
 from npss_baselines.manifold.applications.sample import PRIORS, filter_motion, motion_of, sample_codes
@@ -17,8 +19,9 @@ from npss_baselines.manifold.evaluation.similarity import labels_of, ranking
 from npss_baselines.manifold.evaluation.synthesis import first_window, priors_of
 from npss_baselines.manifold.evaluation.testbed import Testbed
 from npss_baselines.manifold.motion.dataset import MotionSet
-from npss_baselines.manifold.motion.features import local_positions
+from npss_baselines.manifold.motion.features import FPS, local_positions
 from npss_baselines.manifold.show import drawing
+from npss_baselines.manifold.show.moving import moving_interpolations
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -147,6 +150,18 @@ def retrieval(records: Iterable[Record]) -> Figure:
             lines[signature(**fields)] = None
             values.setdefault(record["method"], {})[f"{fields['source']}, {fields['matches']}"] = record["value"]
     return drawing.bars(values, "mean average precision", *lines)
+
+
+def moving_interpolation(testbed: Testbed, clips: Sequence[int] | None = None) -> str:
+    """Return a page on which two motions, and interpolations between them, move side by side."""
+    motions = testbed.motions
+    chosen = _pair(motions) if clips is None else clips
+    first, second = (first_window(motions, clip)[0] for clip in chosen)
+    names = (motions.clips[chosen[0]].name, motions.clips[chosen[1]].name)
+    projector = next(iter(testbed.manifolds.values()))
+    moved = moving_interpolations(first, second, projector=projector, names=names)
+    notes = [_caption(motions, clip) for clip in chosen]
+    return motion_page(moved, title="interpolation", fps=FPS, skeleton=JOINTS, notes=notes)
 
 
 def _pair(motions: MotionSet) -> tuple[int, int]:
