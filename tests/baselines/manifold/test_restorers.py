@@ -257,6 +257,15 @@ class TestByCase:
         known = np.zeros(windows.features.shape, bool)
         assert np.isfinite(trained.restore(Corrupted(windows.features, known))).all()
 
+    def test_networks_leave_sets_that_they_have_not_learned_to_the_gaussian(self, windows, trained):
+        motion = windows.features[0]
+        missing = np.isin(np.arange(20), [3, 11, 14])
+        plain = replace(trained.fill, sets=trained.fill.sets[:0]).restore(motion, missing, JOINTS)
+        assert np.array_equal(trained.fill.restore(motion, missing, JOINTS), plain)
+        hand = np.isin(np.arange(20), [18, 19])
+        plain = replace(trained.fill, sets=trained.fill.sets[:0]).restore(motion, hand, JOINTS)
+        assert not np.array_equal(trained.fill.restore(motion, hand, JOINTS), plain)
+
     def test_it_commutes_with_mirror_images(self, windows, trained, simple):
         """Networks see a motion and its mirror image; only the Gaussian of 12 frames is not symmetric."""
         left = lost("fill", windows, simple)

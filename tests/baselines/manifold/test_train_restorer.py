@@ -61,7 +61,7 @@ class TestFrames:
 
 class TestSamples:
     def test_fill(self, frames, pose, rng):
-        sampler = FillSampler(frames, pose, JOINTS, rng)
+        sampler = FillSampler(frames, pose, JOINTS)
         samples = sampler.draw(64, rng)
         known = ~np.repeat(samples.missing, 3, axis=1)
         np.testing.assert_allclose(samples.guess[:, :-3][known], samples.truth[:, :-3][known], atol=1e-5)
@@ -89,7 +89,7 @@ class TestSamples:
 
 class TestDistance:
     def test_it_is_the_distance_with_bones(self, frames, pose, rng):
-        samples = FillSampler(frames, pose, JOINTS, rng).draw(16, rng)
+        samples = FillSampler(frames, pose, JOINTS).draw(16, rng)
         change = rng.normal(0, 0.1, (16, 60))
         found = Distance(pose, JOINTS)(samples, torch.from_numpy(change.astype(np.float32)))
         moved = samples.guess.astype(np.float64)
@@ -108,7 +108,7 @@ class TestTrainNet:
         nets, lines = [], []
         for _ in range(2):
             rng = np.random.default_rng(1)
-            sampler = FillSampler(frames, pose, JOINTS, rng)
+            sampler = FillSampler(frames, pose, JOINTS)
             nets.append(train_net(sampler, Recipe(32, 0.0, 60, 128), pose, JOINTS, rng, "fill", lines.append))
         assert all(np.array_equal(a, b) for a, b in zip(nets[0].weights, nets[1].weights, strict=True))
         assert lines[0] == lines[1]

@@ -33,7 +33,7 @@ class ByCase:
 
     - Noisy values: the Gaussian of 12 frames, corrected by the networks of `Camera`.
     - Frames without a known value, more than `GAP` in a row: `Keys`.
-    - Joints missing for more than `LONG` frames: `Fill`, and near a frame where they are known, the Gaussian.
+    - Joints missing for more than `LONG` frames: `Fill`, and near a frame where they are known, the Gaussian of 12.
     - All else: the Gaussian of 12 frames.
 
     Bones that end in joints not seen get their lengths.

@@ -83,6 +83,7 @@ def save(path: Path, restorer: ByCase) -> None:
                 np.float16
             ),
         }
+    arrays["fill.sets"] = restorer.fill.sets.astype(np.float16)
     counts = {}
     for case in _CASES:
         nets = getattr(restorer, case).nets
@@ -156,9 +157,12 @@ def _restorer(header: Mapping[str, Any], arrays: Mapping[str, Array]) -> ByCase:
         )
         for case in _CASES
     }
+    sets = arrays["fill.sets"]
+    if sets.ndim != 2 or sets.shape[1] != len(JOINTS.names):
+        raise ValueError(f"fill.sets: expected {len(JOINTS.names)} columns, got {sets.shape}")
     return ByCase(
         gaussians["span"],
-        Fill(gaussians["pose"], nets["fill"]),
+        Fill(gaussians["pose"], nets["fill"], sets > 0),
         Keys(scaling, nets["keys"]),
         Camera(scaling, nets["camera"]),
         seen=header["seen"],

@@ -32,10 +32,13 @@ class Fill:
         The Gaussian of a single frame.
     nets : tuple of Net
         Networks; their mean corrects the Gaussian's mean. See `inputs_of`.
+    sets : (S, J) ndarray of bool
+        The sets of missing joints that the networks have learned; other sets are left to the Gaussian.
     """
 
     pose: SpanGaussian
     nets: tuple[Net, ...]
+    sets: npt.NDArray[np.bool_]
 
     def restore(self, motion: Float64, missing: npt.NDArray[np.bool_], skeleton: Skeleton) -> Float64:
         """Fill joints ``missing`` (J,) in all frames of motion ``(T, F)``, where their values do not count."""
@@ -50,7 +53,8 @@ class Fill:
         completed = complete(self.pose, motion, columns_of(missing))
         around = np.clip(np.arange(len(motion))[:, np.newaxis] + OFFSETS, 0, len(motion) - 1)
         scaled = self.pose.scaling.normalize(completed)
-        scaled[:, :-VELOCITIES] += mean_of(self.nets, inputs_of(scaled[around], missing))
+        if (self.sets == missing).all(axis=1).any():
+            scaled[:, :-VELOCITIES] += mean_of(self.nets, inputs_of(scaled[around], missing))
         return self.pose.scaling.unnormalize(scaled)
 
 

@@ -24,11 +24,9 @@ from npss_baselines.manifold.restorers.net import Float32
 
 Bools = npt.NDArray[np.bool_]
 
-#: Limbs that are missing, and how often: alone, two ends of limbs at once, or a few joints anywhere.
-LIMBS = {"Hand": 0.45, "ForeArm": 0.08, "Foot": 0.15, "Leg": 0.06}
-HEAD, TWO, ANY = 0.02, 0.18, 0.06
-#: Sets of `ANY` joints, and the largest.
-SETS, LARGEST = 200, 8
+#: Limbs that are missing, from this joint on, and how often; and the head, and two ends of limbs at once.
+LIMBS = {"Hand": 0.43, "ForeArm": 0.08, "Arm": 0.05, "Foot": 0.15, "Leg": 0.06, "UpLeg": 0.03}
+HEAD, TWO = 0.02, 0.18
 #: Frames from one key to the next; the share of keys at irregular distances, and the largest of these; the share of
 #: frames with keys on one side only.
 DISTANCES, IRREGULAR, WIDEST, ONE_SIDED = (3, 25), 0.25, 45, 0.12
@@ -76,9 +74,9 @@ class Sampler(Protocol):
 class FillSampler:
     """Frames without some joints; see `npss_baselines.manifold.restorers.fill`."""
 
-    def __init__(self, frames: Frames, pose: SpanGaussian, skeleton: Skeleton, rng: np.random.Generator) -> None:
+    def __init__(self, frames: Frames, pose: SpanGaussian, skeleton: Skeleton) -> None:
         self.frames = frames
-        self.sets, shares, kinds = _sets(skeleton, rng)
+        self.sets, shares, kinds = _sets(skeleton)
         self._shares = shares / shares.sum()
         self._kinds, self.n_kinds = kinds, int(kinds.max()) + 1
         self.outputs = 3 * len(skeleton.names)
@@ -205,9 +203,8 @@ class CameraSampler:
         )
 
 
-def _sets(skeleton: Skeleton, rng: np.random.Generator) -> tuple[Bools, npt.NDArray[np.float64], npt.NDArray[np.intp]]:
+def _sets(skeleton: Skeleton) -> tuple[Bools, npt.NDArray[np.float64], npt.NDArray[np.intp]]:
     """Return sets of missing joints ``(sets, J)``, how often each is drawn, and its kind."""
-    names = skeleton.names
     ends = [f"{side}{limb}" for limb in ("Hand", "Foot") for side in ("Left", "Right")]
     groups: list[tuple[Sequence[int], float, int]] = []
     for kind, (limb, share) in enumerate(LIMBS.items()):
@@ -216,10 +213,7 @@ def _sets(skeleton: Skeleton, rng: np.random.Generator) -> tuple[Bools, npt.NDAr
     groups.append((branch(skeleton, "Head"), HEAD, kind))
     pairs = list(combinations(ends, 2))
     groups += [(branch(skeleton, a) + branch(skeleton, b), TWO / len(pairs), kind + 1) for a, b in pairs]
-    for _ in range(SETS):
-        size = rng.integers(1, LARGEST + 1)
-        groups.append((list(1 + rng.permutation(len(names) - 1)[:size]), ANY / SETS, kind + 2))
-    sets = np.zeros((len(groups), len(names)), bool)
+    sets = np.zeros((len(groups), len(skeleton.names)), bool)
     for row, (joints, _, _) in zip(sets, groups, strict=True):
         row[joints] = True
     return sets, np.array([share for _, share, _ in groups]), np.array([kind for _, _, kind in groups])

@@ -114,8 +114,9 @@ def train_restorer(
     gaussian = fit_gaussian(training.windows, training.mask, scaling)
     pose = fit_gaussian(training.windows, training.mask, scaling, span=1, ridge=POSE_RIDGE)
     frames = Frames(training, scaling, skeleton)
+    filling = FillSampler(frames, pose, skeleton)
     samplers: Mapping[str, Callable[[np.random.Generator], Sampler]] = {
-        "fill": lambda rng: FillSampler(frames, pose, skeleton, rng),
+        "fill": lambda rng: filling,
         "keys": lambda rng: KeysSampler(frames, skeleton),
         "camera": lambda rng: CameraSampler(training, gaussian, skeleton, settings.windows, rng),
     }
@@ -131,7 +132,7 @@ def train_restorer(
     }
     return ByCase(
         gaussian,
-        Fill(pose, (nets["fill"],)),
+        Fill(pose, (nets["fill"],), filling.sets),
         Keys(scaling, (nets["keys"],)),
         Camera(scaling, (nets["camera"],)),
         skeleton,
