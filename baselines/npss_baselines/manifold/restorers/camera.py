@@ -34,7 +34,7 @@ class Camera:
     scaling : Scaling
         The scaling of the features.
     nets : tuple of Net
-        Networks, whose mean corrects the Gaussian's.
+        Networks, whose mean corrects the Gaussian's; without any, it stays.
     """
 
     scaling: Scaling
@@ -42,6 +42,8 @@ class Camera:
 
     def restore(self, left: Corrupted, mean: Float64, skeleton: Skeleton) -> Float64:
         """Correct the ``mean`` (n, T, F) of motion, given what is left of it."""
+        if not self.nets:
+            return with_bones(mean, left, skeleton)
         first = self._restored(left, mean)
         image = Corrupted(mirror_image(left.features, skeleton), exchange_sides(left.known, skeleton), left.noise)
         second = mirror_image(self._restored(image, mirror_image(mean, skeleton)), skeleton)
