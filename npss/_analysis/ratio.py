@@ -64,4 +64,4 @@ def ratio_interval(
     if len(sums[0]) != len(sums[1]):
         raise ValueError(f"b: expected {len(sums[0])} errors, as many as a has, got {len(sums[1])}")
     blocks = Blocks(read_groups("groups", groups, len(sums[0])), sums[1])
-    return interval(*sums, blocks, level=level, seed=seed)
+    return interval(sums[0], sums[1], blocks, level=level, seed=seed)

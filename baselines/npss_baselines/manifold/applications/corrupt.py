@@ -65,7 +65,8 @@ class Corrupted:
     @property
     def exact(self) -> npt.NDArray[np.bool_]:
         """True for values that were seen without noise ``(n, T, F)``."""
-        return self.known & (np.asarray(self.noise) == 0)
+        exact: npt.NDArray[np.bool_] = self.known & (np.asarray(self.noise) == 0)
+        return exact
 
 
 @renamed(rng="seed")

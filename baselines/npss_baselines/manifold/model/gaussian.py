@@ -122,8 +122,9 @@ class SpanGaussian:
     @cached_property
     def _precision(self) -> Float64:
         """The inverse of the covariance."""
-        precision: Float64 = np.linalg.inv(self.covariance)
-        return (precision + precision.T) / 2
+        inverse = np.linalg.inv(self.covariance)
+        precision: Float64 = (inverse + inverse.T) / 2
+        return precision
 
     @cached_property
     def _single(self) -> npt.NDArray[np.float32]:

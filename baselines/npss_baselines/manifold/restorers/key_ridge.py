@@ -52,7 +52,7 @@ class KeyRidge:
         every = len(self.weights) + 1
         restored = interpolated(left)
         scaled = self.scaling.normalize(left.features)
-        for motion, given, known in zip(restored, scaled, left.known.all(axis=2), strict=True):
+        for motion, given, known in zip(restored, scaled, np.all(left.known, axis=2), strict=True):
             keys = np.flatnonzero(known)
             if not len(keys):
                 continue

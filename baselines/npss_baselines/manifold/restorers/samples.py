@@ -166,8 +166,8 @@ class CameraSampler:
         chosen = _windows(motions, skeleton, windows, rng)
         scaling = gaussian.scaling
         shape = (windows, PIECE, chosen.shape[-1])
-        self._truth, self._mean, self._observed = (np.empty(shape, np.float32) for _ in range(3))
-        self._known = np.empty(shape, bool)
+        truth, means, observed = (np.empty(shape, np.float32) for _ in range(3))
+        seen = np.empty(shape, bool)
         with Progress("restoring windows by the Gaussian") as progress:
             for i, window in enumerate(chosen):
                 left = kinect(window[np.newaxis], skeleton, seed=rng)
@@ -175,15 +175,14 @@ class CameraSampler:
                 piece = slice(start, start + PIECE)
                 features, known = left.features[:, piece], left.known[:, piece]
                 mean = gaussian.restore(features, known, noise=left.noise)
-                self._truth[i] = scaling.normalize(window[piece])
-                self._mean[i] = scaling.normalize(mean[0])
-                self._observed[i] = scaling.normalize(interpolated(left)[0, piece])
-                self._known[i] = known[0]
+                truth[i] = scaling.normalize(window[piece])
+                means[i] = scaling.normalize(mean[0])
+                observed[i] = scaling.normalize(interpolated(left)[0, piece])
+                seen[i] = known[0]
                 progress((i + 1) / windows)
         flat = (-1, shape[2])
-        self._truth, self._mean, self._observed, self._known = (
-            values.reshape(flat) for values in (self._truth, self._mean, self._observed, self._known)
-        )
+        self._truth, self._mean, self._observed = (values.reshape(flat) for values in (truth, means, observed))
+        self._known = seen.reshape(flat)
         self._margin = int(np.abs(camera.OFFSETS).max())
         self._n_joints = len(skeleton.names)
         self.outputs = self._truth.shape[1]

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import cast, get_args
+
 import numpy as np
 
 from npss_baselines.manifold.applications.corrupt import Corrupted
+from npss_baselines.manifold.applications.simple import Way
 from npss_baselines.manifold.model.gaussian import fit_gaussian
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.scaling import fit_scaling
@@ -50,8 +53,8 @@ class SimpleWays:
 
     def _fit(self, name: str) -> Restorer:
         windows, mask = self._training.windows, self._training.mask
-        if name == "linear" or name == "pchip" or name == "hermite":
-            return Interpolation(name)
+        if name in get_args(Way):
+            return Interpolation(cast(Way, name))
         if name == "smoothing":
             return Smoothing()
         if name == "pose-gaussian":
