@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 import sys
 from collections.abc import Iterator, Sequence
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from npss_baselines.manifold.model.projector import Manifold
     from npss_baselines.manifold.show.side_by_side import Shown
 
-_PAGE, _PICTURES = ".html", (".svg", ".pdf", ".png")
+_CLIP, _PAGE, _PICTURES = ".bvh", ".html", (".svg", ".pdf", ".png")
 
 
 def add_parsers(commands: Any) -> None:
@@ -162,7 +163,7 @@ def run_repair(options: argparse.Namespace) -> None:
     """Repair a clip."""
     from npss_baselines.manifold import repair
 
-    motion = _read(options, options.clip)
+    motion = _read(options)
     start, end = _times(options, motion)
     if options.missing is None and (start, end) != (0, None):
         raise ValueError("--missing JOINT: needed with --from and --to; without it, the whole clip is searched")
@@ -176,7 +177,7 @@ def run_fill(options: argparse.Namespace) -> None:
     """Fill in a joint of a clip."""
     from npss_baselines.manifold import fill
 
-    motion = _read(options, options.clip)
+    motion = _read(options)
     start, end = _times(options, motion)
     outcome = fill(motion, options.joint, start=start, end=end, restorer=_restorer(options), **_read_as(options))
     _restored(options, motion, outcome)
@@ -186,7 +187,7 @@ def run_inbetween(options: argparse.Namespace) -> None:
     """Make the frames between keys of a clip."""
     from npss_baselines.manifold import inbetween
 
-    motion = _read(options, options.clip)
+    motion = _read(options)
     outcome = inbetween(
         motion, keys=options.keys, every=options.every, restorer=_restorer(options), **_read_as(options)
     )
@@ -198,13 +199,16 @@ def run_interpolate(options: argparse.Namespace) -> None:
     from npss_baselines.manifold import interpolate
     from npss_baselines.manifold.show.side_by_side import Shown
 
-    motion, other = _read(options, options.clip), _read(options, options.second)
+    _check_outputs(options, [options.clip, options.second, *options.mapping])
+    motion, other = bvh.read(options.clip), bvh.read(options.second)
     files = (*options.mapping, None, None)[:2]
     mappings = [_mapping(clip, file) for clip, file in zip((motion, other), files, strict=True)]
     outcome = interpolate(
         motion, other, options.share, manifold=_manifold(options.manifold), mappings=mappings, up=options.up
     )
-    _say(options, outcome, f"interpolated: {options.share:g} of {options.second}, by {outcome.way}")
+    n_frames = len(outcome.motion.rotations)
+    how = f"interpolated with {options.share:g} of {options.second}, {outcome.way}: {n_frames} frames"
+    _say(options, motion, outcome, how)
     shown = {
         f"0: {options.clip.stem}": Shown(motion, mappings[0], outcome.up),
         f"between: {options.share:g}": Shown(outcome.motion, outcome.mapping, outcome.up),
@@ -218,11 +222,12 @@ def run_nearest(options: argparse.Namespace) -> None:
     from npss_baselines.manifold import nearest
     from npss_baselines.manifold.show.side_by_side import Shown
 
-    motion = _read(options, options.clip)
     files = [file for file in sorted(options.folder.rglob("*")) if file.suffix.lower() == ".bvh"]
     files = [file for file in files if not file.samefile(options.clip)]
     if not files:
         raise ValueError(f"{options.folder}: expected a folder with other BVH files")
+    _check_outputs(options, [options.clip, *options.mapping, *files], clip=False)
+    motion = bvh.read(options.clip)
     by_name = {file.relative_to(options.folder).as_posix(): file for file in files}
 
     def clips() -> Iterator[tuple[str, Bvh]]:
@@ -241,18 +246,19 @@ def run_nearest(options: argparse.Namespace) -> None:
         for name, clip in chosen.items():
             own = _mapping(clip, *options.mapping[:1])
             shown[name] = Shown(clip, own, options.up or _up(clip, own))
-        _write(options, None, shown, inputs=files)
+        _write(options, None, shown)
 
 
 def run_project(options: argparse.Namespace) -> None:
     """Project a clip onto a manifold."""
     from npss_baselines.manifold import project
 
-    motion = _read(options, options.clip)
+    _check_outputs(options, [options.clip, *options.mapping])
+    motion = bvh.read(options.clip)
     manifold = _manifold(options.runs[0])
     assert manifold is not None
     outcome = project(motion, manifold, **_read_as(options))
-    _say(options, outcome, f"projected by {outcome.way}")
+    _say(options, motion, outcome, f"projected by {outcome.way}")
     _write(options, outcome.motion, _before_and_after(options, motion, outcome))
 
 
@@ -265,6 +271,7 @@ def run_sample(options: argparse.Namespace) -> None:
     from npss_baselines.manifold.motion.windows import windows_of
     from npss_baselines.manifold.show.side_by_side import Shown
 
+    _check_outputs(options, options.like)
     manifold = _manifold(options.runs[0])
     assert manifold is not None
     size = {"window": options.frames, "step": max(1, options.frames // 8)}
@@ -272,7 +279,7 @@ def run_sample(options: argparse.Namespace) -> None:
     real = np.concatenate(windows) if windows else None
     outcome = sample(manifold, n_frames=options.frames, real=real, seed=options.seed)
     print(f"sampled by {outcome.way}: {options.frames} frames, seed {options.seed}")
-    _write(options, outcome.motion, {"sample": Shown(outcome.motion, outcome.mapping, outcome.up)}, options.like)
+    _write(options, outcome.motion, {"sample": Shown(outcome.motion, outcome.mapping, outcome.up)})
 
 
 def run_mapping(options: argparse.Namespace) -> None:
@@ -290,6 +297,7 @@ def run_example(options: argparse.Namespace) -> None:
     from npss_baselines.manifold import damaged, example
     from npss_baselines.manifold.show.side_by_side import Shown
 
+    _check_outputs(options, [])
     walk = example()
     motion = damaged(walk) if options.damaged else walk
     print(f"{len(motion.rotations)} frames, {motion.fps:g} per second; {len(motion.skeleton.names)} joints, y up")
@@ -297,13 +305,19 @@ def run_example(options: argparse.Namespace) -> None:
     _write(options, motion, {name: Shown(motion, joint_mapping.guess(motion.skeleton), "y")})
 
 
-def _read(options: argparse.Namespace, clip: Path) -> Bvh:
-    """Check the outputs, and read a clip."""
+def _check_outputs(options: argparse.Namespace, inputs: Sequence[Path], *, clip: bool = True) -> None:
+    """Check that all outputs can be written: a clip only if the command makes one."""
+    kinds = ((_CLIP,) if clip else ()) + (_PAGE, *_PICTURES)
     for output in options.output:
-        check_output(output, [clip, *options.mapping, *filter(None, [getattr(options, "truth", None)])])
-        if output.suffix.lower() not in (".bvh", _PAGE, *_PICTURES):
-            raise ValueError(f"{output}: expected a file .bvh, {_PAGE}, {', '.join(_PICTURES)}")
-    return bvh.read(clip, missing="restorer" in options)
+        check_output(output, inputs)
+        if output.suffix.lower() not in kinds:
+            raise ValueError(f"{output}: expected a name that ends in {', '.join(kinds)}")
+
+
+def _read(options: argparse.Namespace) -> Bvh:
+    """Check the outputs of a restoration, and read its clip."""
+    _check_outputs(options, [options.clip, *options.mapping, *filter(None, [options.truth, options.restorer])])
+    return bvh.read(options.clip, missing=True)
 
 
 def _times(options: argparse.Namespace, motion: Bvh) -> tuple[int, int | None]:
@@ -316,7 +330,7 @@ def _times(options: argparse.Namespace, motion: Bvh) -> tuple[int, int | None]:
             frames.append(int(text))
         elif re.fullmatch(r"\d+(\.\d*)?s", text):
             # Frames from this time on; 2s of 30 frames per second is frame 60.
-            frames.append(-int(-float(text[:-1]) * motion.fps // 1))
+            frames.append(math.ceil(round(float(text[:-1]) * motion.fps, 6)))
         else:
             raise ValueError(f"{option}: expected seconds such as 2.5s, or a frame such as 75, got {text!r}")
     return frames[0] or 0, frames[1]
@@ -357,11 +371,13 @@ def _restored(options: argparse.Namespace, motion: Bvh, outcome: Outcome) -> Non
     """Say what was restored, and write it."""
     from npss_baselines.manifold.clips.comparison import restoration_error
     from npss_baselines.manifold.clips.gap import lines
+    from npss_baselines.manifold.restorers.file import SHIPPED
 
     said = lines(outcome.gaps, motion)
-    _say(
-        options, outcome, f"restored by {outcome.way}" if said else "nothing is missing: the clip stays as it is", said
-    )
+    how = f"restored by {outcome.way}" if said else "nothing is missing: the clip stays as it is"
+    if said and options.restorer is None and not SHIPPED.exists():
+        how += ": interpolated in time, since no restorer is given and the package has none"
+    _say(options, motion, outcome, how, said)
     truth = None
     if options.truth is not None:
         truth = bvh.read(options.truth)
@@ -373,9 +389,8 @@ def _restored(options: argparse.Namespace, motion: Bvh, outcome: Outcome) -> Non
     _write(options, outcome.motion, _before_and_after(options, motion, outcome, truth), notes=said)
 
 
-def _say(options: argparse.Namespace, outcome: Outcome, how: str, said: Sequence[str] = ()) -> None:
-    """Print what is known of an outcome."""
-    motion = outcome.motion
+def _say(options: argparse.Namespace, motion: Bvh, outcome: Outcome, how: str, said: Sequence[str] = ()) -> None:
+    """Print what is known of a clip and of what was made of it."""
     print(
         f"{options.clip}: {len(motion.rotations)} frames, {motion.fps:g} per second; "
         f"{len(motion.skeleton.names)} joints, {outcome.up} up"
@@ -406,7 +421,6 @@ def _write(
     options: argparse.Namespace,
     motion: Bvh | None,
     shown: dict[str, Shown],
-    inputs: Sequence[Path] = (),
     notes: Sequence[str] = (),
 ) -> None:
     """Write the outputs."""
@@ -416,15 +430,12 @@ def _write(
     title = " ".join(word for word in (options.parser.prog.split()[-1], clip.name if clip else "") if word)
     for output in options.output:
         suffix = output.suffix.lower()
-        check_output(output, inputs)
         if suffix == _PAGE:
             truth = "truth" if "truth" in shown else None
             page = side_by_side.page(shown, title=title, notes=tuple(notes), truth=truth)
             write_text_atomically(output, page)
         elif suffix in _PICTURES:
             write_figure_atomically(output, side_by_side.picture(shown, title, *notes))
-        elif motion is None:
-            raise ValueError(f"{output}: this command makes no clip; expected a page or a picture")
-        else:
+        elif motion is not None:
             bvh_writer.write(output, motion)
         print(output, file=sys.stderr)

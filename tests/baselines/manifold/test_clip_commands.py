@@ -153,7 +153,7 @@ def test_interpolate(clip, run, tmp_path, capsys):
     half, page = tmp_path / "half.bvh", tmp_path / "half.html"
     assert call("interpolate", clip, other, "--share", ".5", "-o", half, "-o", page) == 0
     opened(half, clip)
-    assert "interpolated: 0.5 of " in capsys.readouterr().out
+    assert "interpolated with 0.5 of " in capsys.readouterr().out
     shown = json.loads(re.search(r'id="data">(.*?)</script>', page.read_text(encoding="utf-8"))[1])
     assert [panel["label"] for panel in shown["panels"]] == [f"0: {clip.stem}", "between: 0.5", "1: other"]
     assert call("interpolate", clip, other, "--manifold", run, "-o", half) == 0
@@ -176,7 +176,7 @@ def test_nearest(clip, run, tmp_path, capsys):
     assert "by G:" in printed
     assert printed.count(".BVH") == 1
     assert call("nearest", clip, tmp_path / "clips", "-o", tmp_path / "near.bvh") == 2
-    assert "near.bvh: this command makes no clip; expected a page or a picture" in capsys.readouterr().err
+    assert "near.bvh: expected a name that ends in .html, .svg, .pdf, .png" in capsys.readouterr().err
     (tmp_path / "empty").mkdir()
     assert call("nearest", clip, tmp_path / "empty") == 2
     assert "empty: expected a folder with other BVH files" in capsys.readouterr().err
@@ -248,7 +248,7 @@ class TestRefusals:
             ),
             (["--missing", "Head", "--to", "2s"], "got 0 to 60"),
             (["--from", "5"], "--missing JOINT: needed with --from and --to"),
-            (["-o", "fixed.fbx"], "fixed.fbx: expected a file .bvh, .html, .svg, .pdf, .png"),
+            (["-o", "fixed.fbx"], "fixed.fbx: expected a name that ends in .bvh, .html, .svg, .pdf, .png"),
             (["-o", "walk.bvh"], "walk.bvh: would overwrite an input"),
             (["--restorer", "none.npz"], "none.npz"),
             (["--mapping", "a", "b"], "--mapping: expected one file"),

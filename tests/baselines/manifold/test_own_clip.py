@@ -70,15 +70,3 @@ def test_fast_details_stay():
     result = own.back(changed).motion
     np.testing.assert_allclose(result.rotations[:, hand], rotations[:, hand], rtol=0, atol=1e-6)
     assert np.abs(result.positions() - shaken.positions()).max() > 0.1
-
-
-def test_missing_joints_are_unknown_for_a_while():
-    clip = clip_of("lafan1", fps=30.0)
-    known = clip.known(["RightHand", "RightHandIndex"], start=0.5, end=1.0)
-    hand = slice(3 * NAMES.index("RightHand"), 3 * NAMES.index("RightHand") + 6)
-    assert not known[15:30, hand].any()
-    assert known.sum() == known.size - 15 * 6
-    with pytest.raises(ValueError, match=r"^missing: expected names of Hips, .*, got 'Tail'"):
-        clip.known(["Tail"])
-    with pytest.raises(ValueError, match=r"^start: no frame from 5 to inf s; the clip has 1\.967 s"):
-        clip.known(["Head"], start=5)

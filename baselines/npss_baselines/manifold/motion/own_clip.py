@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy.typing as npt
 from npss.validation import Float64
 from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.mapping import JointMapping
-from npss_baselines.data.motion import JOINTS, NAMES
+from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.motion.bones import leg_length, normalise_lengths
 from npss_baselines.manifold.motion.features import FPS, to_features, to_positions
 from npss_baselines.manifold.motion.ground import on_ground
@@ -39,33 +38,6 @@ class OwnClip:
     mapping: JointMapping
     common: Float64
     features: Float64
-
-    def known(self, missing: Collection[str], *, start: float = 0.0, end: float = np.inf) -> npt.NDArray[np.bool_]:
-        """Return which features are known, ``(T', 63)``, if some joints are missing for a while.
-
-        Parameters
-        ----------
-        missing : collection of str
-            Names of common joints.
-        start, end : float, optional
-            The time in seconds from which and until which they are missing.
-
-        Raises
-        ------
-        ValueError
-            If there is no such joint, or no such time.
-        """
-        known = np.ones(self.features.shape, bool)
-        times = np.arange(len(known)) / FPS
-        frames = (times >= start) & (times < end)
-        if not frames.any():
-            raise ValueError(f"start: no frame from {start:g} to {end:g} s; the clip has {times[-1]:.4g} s")
-        for name in missing:
-            if name not in NAMES:
-                raise ValueError(f"missing: expected names of {', '.join(NAMES)}, got {name!r}")
-            column = 3 * NAMES.index(name)
-            known[frames, column : column + 3] = False
-        return known
 
     def back(
         self,
