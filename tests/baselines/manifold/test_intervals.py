@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from npss_baselines.manifold.evaluation.intervals import difference_interval, sums_of_blocks
-
-
-def test_sums_of_blocks():
-    assert sums_of_blocks([1, np.nan, 4, 8], ["b", "a", "b", "c"]).tolist() == [5, 0, 8]
+from npss_baselines.manifold.evaluation.intervals import difference_interval
 
 
 def test_of_means_as_by_the_normal_distribution():

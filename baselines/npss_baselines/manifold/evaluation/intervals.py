@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,32 +11,6 @@ from npss import Interval
 from npss.validation import Float64, Seed, generator, is_real, positive_integer
 
 RESAMPLES = 9999
-
-
-def sums_of_blocks(values: npt.ArrayLike, blocks: Sequence[Any]) -> Float64:
-    """Add up the values of each block.
-
-    Parameters
-    ----------
-    values : (N,) array_like
-        A value for each item; NaN does not count.
-    blocks : sequence
-        The block of each item, such as its clip.
-
-    Returns
-    -------
-    (B,) ndarray of float64
-        The sums, in the order in which blocks first occur.
-
-    Examples
-    --------
-    >>> sums_of_blocks([1, 2, 4], ["a", "b", "a"])
-    array([5., 2.])
-    """
-    numbers = {block: number for number, block in enumerate(dict.fromkeys(blocks))}
-    sums = np.zeros(len(numbers))
-    np.add.at(sums, [numbers[block] for block in blocks], np.nan_to_num(values))
-    return sums
 
 
 def difference_interval(
