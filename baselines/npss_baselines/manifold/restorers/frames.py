@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from npss.skeleton import Skeleton
+from npss.validation import Seed, generator
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.mirror import mirror_image
 from npss_baselines.manifold.motion.scaling import Scaling
@@ -47,9 +48,9 @@ class Frames:
         weight = np.repeat([counts[source] ** -0.5 for source in sources], lengths)
         self._cumulative = np.cumsum(weight)
 
-    def draw(self, n: int, rng: np.random.Generator) -> Indices:
+    def draw(self, n: int, seed: Seed) -> Indices:
         """Draw frames."""
-        at = rng.random(n) * self._cumulative[-1]
+        at = generator(seed).random(n) * self._cumulative[-1]
         drawn: Indices = np.searchsorted(self._cumulative, at, side="right").clip(max=len(self.scaled) - 1)
         return drawn
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from npss.console import Progress
 from npss.skeleton import Skeleton
+from npss.validation import Seed, generator
 from npss_baselines.manifold.applications.corrupt import branch, kinect
 from npss_baselines.manifold.applications.simple import interpolated
 from npss_baselines.manifold.model.gaussian import SpanGaussian
@@ -67,7 +68,7 @@ class Sampler(Protocol):
     outputs: int
     n_kinds: int
 
-    def draw(self, n: int, rng: np.random.Generator) -> Samples:
+    def draw(self, n: int, seed: Seed) -> Samples:
         """Draw about `n` samples."""
 
 
@@ -89,8 +90,9 @@ class FillSampler:
         ]
         self._maps = [((c[1:] - c[0]).astype(np.float32), c[0].astype(np.float32)) for c in completed]
 
-    def draw(self, n: int, rng: np.random.Generator) -> Samples:
+    def draw(self, n: int, seed: Seed) -> Samples:
         """Draw samples of eight sets of joints."""
+        rng = generator(seed)
         chosen = rng.choice(len(self.sets), 8, p=self._shares)
         inputs, guess, truth = [], [], []
         for number in chosen:
@@ -122,8 +124,9 @@ class KeysSampler:
         self._n_joints = len(skeleton.names)
         self.outputs = frames.scaled.shape[1]
 
-    def draw(self, n: int, rng: np.random.Generator) -> Samples:
+    def draw(self, n: int, seed: Seed) -> Samples:
         """Draw samples."""
+        rng = generator(seed)
         drawn = self.frames.draw(n, rng)
         distance = rng.integers(DISTANCES[0], DISTANCES[1] + 1, n)
         gaps = np.repeat(distance[:, np.newaxis], 3, axis=1)
@@ -161,8 +164,9 @@ class CameraSampler:
     n_kinds = 1
 
     def __init__(
-        self, motions: MotionSet, gaussian: SpanGaussian, skeleton: Skeleton, windows: int, rng: np.random.Generator
+        self, motions: MotionSet, gaussian: SpanGaussian, skeleton: Skeleton, windows: int, seed: Seed
     ) -> None:
+        rng = generator(seed)
         chosen = _windows(motions, skeleton, windows, rng)
         scaling = gaussian.scaling
         shape = (windows, PIECE, chosen.shape[-1])
@@ -187,8 +191,9 @@ class CameraSampler:
         self._n_joints = len(skeleton.names)
         self.outputs = self._truth.shape[1]
 
-    def draw(self, n: int, rng: np.random.Generator) -> Samples:
+    def draw(self, n: int, seed: Seed) -> Samples:
         """Draw samples."""
+        rng = generator(seed)
         first = PIECE * rng.integers(len(self._truth) // PIECE, size=n)
         frames = first + rng.integers(self._margin, PIECE - self._margin, n)
         inputs = camera.inputs_of(self._mean, self._observed, self._known, frames, (first, first + PIECE - 1))

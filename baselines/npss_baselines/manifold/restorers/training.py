@@ -12,6 +12,7 @@ from torch import Tensor, nn
 
 from npss.console import Progress
 from npss.skeleton import Skeleton
+from npss.validation import Seed, generator
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.model.gaussian import SpanGaussian, fit_gaussian
 from npss_baselines.manifold.motion.dataset import MotionSet
@@ -145,7 +146,7 @@ def train_net(
     recipe: Recipe,
     gaussian: SpanGaussian,
     skeleton: Skeleton,
-    rng: np.random.Generator,
+    seed: Seed,
     case: str,
     report: Callable[[str], None] = print,
 ) -> Net:
@@ -154,6 +155,7 @@ def train_net(
     The loss of each kind of corruption is divided by the running mean of the first guess's, so that kinds weigh
     equally.
     """
+    rng = generator(seed)
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(int(rng.integers(2**31)))
         example = sampler.draw(EXAMPLE, rng).inputs
