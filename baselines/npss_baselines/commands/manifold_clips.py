@@ -107,7 +107,7 @@ def add_parsers(commands: Any) -> None:
         description="Write a generated walk, to try the other commands.",
     )
     example.add_argument(
-        "--damaged", action="store_true", help="hold the right arm from 2 to 3.5 s, and let the head jump at 4.3 s"
+        "--damaged", action="store_true", help="hold the left leg from 2 to 3.5 s, and let the head jump at 4.3 s"
     )
     _add_output(example)
     example.set_defaults(run=run_example, extra="manifold")

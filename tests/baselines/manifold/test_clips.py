@@ -26,6 +26,7 @@ from npss_baselines.manifold.motion.features import to_positions
 from npss_baselines.manifold.motion.own_clip import body_height
 from npss_baselines.manifold.motion.scaling import fit_scaling
 from npss_baselines.manifold.restorers.conditional import Conditional
+from npss_baselines.manifold.restorers.interpolation import Interpolation
 
 DIALECTS = sorted(CHAINS)
 
@@ -58,6 +59,12 @@ def restorer():
     windows = features_of(walking("cmu", 200, seed=5))[np.newaxis]
     mask = np.ones(windows.shape[:2], bool)
     return Conditional(fit_gaussian(windows, mask, fit_scaling(windows, mask, "kind"), span=1))
+
+
+@pytest.fixture(autouse=True)
+def _no_restorer(monkeypatch):
+    """Interpolate in time, whether or not the package has a restorer."""
+    monkeypatch.setattr("npss_baselines.manifold.clips.repair.default", lambda: Interpolation("hermite"))
 
 
 class TestLost:

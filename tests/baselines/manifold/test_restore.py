@@ -129,15 +129,17 @@ class TestKeepKnown:
 class TestInterpolate:
     def test_the_ends_are_projections(self):
         first, second = np.random.default_rng(0).normal(size=(2, 3, 8, F))
-        assert interpolate(Pairs(), first, second, 0) == pytest.approx(Pairs().project(first))
-        assert interpolate(Pairs(), first, second, 1.0) == pytest.approx(Pairs().project(second))
+        way = {"way": "manifold", "constrained": False}
+        assert interpolate(Pairs(), first, second, 0, **way) == pytest.approx(Pairs().project(first))
+        assert interpolate(Pairs(), first, second, 1.0, **way) == pytest.approx(Pairs().project(second))
 
     def test_on_a_linear_manifold_it_is_the_projected_blend(self):
         rng = np.random.default_rng(2)
         manifold = fit_pca(rng.normal(size=(10, 8, F)), FLAT, n_components=4)
         first, second = rng.normal(size=(2, 3, 8, F))
         expected = manifold.project(blend(first, second, 0.3))
-        assert interpolate(manifold, first, second, 0.3) == pytest.approx(expected)
+        between = interpolate(manifold, first, second, 0.3, way="manifold", constrained=False)
+        assert between == pytest.approx(expected)
 
     @pytest.mark.parametrize(
         ("share", "error", "message"),
@@ -156,7 +158,7 @@ class TestSamples:
     CODES = np.random.default_rng(0).normal([0, 5], [0.1, 2], (50, 20, 2))
 
     def test_the_prior_of_the_paper(self):
-        drawn = sample_codes(self.CODES, 100, seed=1)
+        drawn = sample_codes(self.CODES, 100, prior="uniform", seed=1)
         assert drawn.shape == (100, 20, 2)
         assert np.abs(drawn).max() <= 1
         assert np.histogram(drawn, 10, (-1, 1))[0] == pytest.approx(np.full(10, 400), abs=80)
@@ -174,7 +176,7 @@ class TestSamples:
         assert abs(np.corrcoef(drawn.reshape(-1, 2).T)[0, 1]) < 0.05
 
     def test_bad_input(self):
-        with pytest.raises(ValueError, match="prior: expected one of uniform, range, values"):
+        with pytest.raises(ValueError, match="prior: expected one of local, uniform, range, values"):
             sample_codes(self.CODES, 1, prior="normal", seed=0)
         with pytest.raises(ValueError, match="codes: expected shape"):
             sample_codes(self.CODES[0], 1, seed=0)

@@ -510,6 +510,7 @@ def test_subjects_are_in_one_set(sets):
         *(f"cmu/{i:02}" for i in range(1, 15)),
         *(f"h36m/S{i}" for i in (1, 5, 6, 7, 8, 9, 11)),
         *(f"synthetic/{i}" for i in range(6)),
+        *(f"bvh/{name}" for name in ("anna", "validation", "test")),
         "",
     ]
     some = sets[0]

@@ -14,9 +14,9 @@ from npss_baselines.manifold.motion.dataset import prepare
 from npss_baselines.manifold.motion.features import to_positions
 from npss_baselines.manifold.motion.onto_skeleton import onto_skeleton
 
-#: The frames in which the right arm is held, and those in which the head jumps.
+#: The frames in which the left leg is held from the knee on, and those in which the head jumps.
 HELD, JUMPS = slice(60, 105), slice(130, 133)
-_ARM = ("RightArm", "RightForeArm", "RightHand")
+_LEG = ("LeftLeg", "LeftFoot")
 
 
 def example(n_frames: int = 180) -> Bvh:
@@ -52,7 +52,7 @@ def example(n_frames: int = 180) -> Bvh:
 
 
 def damaged(walk: Bvh) -> Bvh:
-    """Damage a clip of `example`: the right arm is held from 2 to 3.5 s, and the head jumps at 4.3 s.
+    """Damage a clip of `example`: the left leg is held from 2 to 3.5 s, and the head jumps at 4.3 s.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def damaged(walk: Bvh) -> Bvh:
     if len(walk.rotations) <= JUMPS.stop:
         raise ValueError(f"walk: expected more than {JUMPS.stop} frames, got {len(walk.rotations)}")
     rotations, names = walk.rotations.copy(), walk.skeleton.names
-    for name in _ARM:
+    for name in _LEG:
         rotations[HELD, names.index(name)] = rotations[HELD.start, names.index(name)]
     neck = names.index("Neck")
     rotations[JUMPS, neck] = rotations[JUMPS, neck] @ rotations[0, names.index("RightUpLeg")]
