@@ -42,12 +42,14 @@ def setup(app):
 
 
 def draw(app):
+    import repaired_walk
     import what_npss_sees
 
     here = Path(__file__).parent
     drawn = here / "_drawn"
     drawn.mkdir(exist_ok=True)
     what_npss_sees.draw(drawn)
+    repaired_walk.draw(drawn)
     page = (here / "pictures.md").read_text(encoding="utf-8")
     (program,) = re.findall(r"^```python\n(.*?)^```", page, flags=re.M | re.S)
     subprocess.run([sys.executable, "-c", program], cwd=drawn, check=True)

@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from moving import SIZE, figures, svg
 
 import npss
 import npss.plot
@@ -24,7 +25,6 @@ N_WALKS, N_SEED, N_TARGET = 16, 50, 100
 #: Which of the walks is drawn.
 DRAWN = 0
 _TRUTH, _PREDICTED = "#8a8f98", "#d55e00"
-_SIZE = 150  # of a figure, in pixels
 
 
 @cache
@@ -95,35 +95,24 @@ _PAIR = ("truth", "a tenth faster")
 def moving(*names: str) -> str:
     """Return the paths of figures side by side that move, each with the name of its motion, as SVG."""
     places = [poses_to_positions(variations()[name][DRAWN, ::_EVERY]) for name in names]
-    side = [np.stack([place[..., 2], -place[..., 1]], axis=-1) for place in places]  # seen from its left
-    low = np.min([place.min(axis=(0, 1)) for place in side], axis=0)
-    high = np.max([place.max(axis=(0, 1)) for place in side], axis=0)
-    drawn = []
-    for number, (name, place) in enumerate(zip(names, side, strict=True)):
-        centre = np.array([(number + 0.5) * _SIZE, _SIZE / 2])
-        points = centre + (place - (low + high) / 2) * (_SIZE - 10) / (high - low).max()
-        frames = ["".join(f"M{_at(frame[a])}L{_at(frame[b])}" for a, b in _BONES) for frame in points]
-        drawn.append(
-            f'<path d="{frames[0]}" stroke="{_TRUTH if name == "truth" else _PREDICTED}"><animate attributeName="d" '
-            f'dur="{N_TARGET / FPS:g}s" repeatCount="indefinite" values="{";".join(frames)}"/></path>'
-        )
-    return f'<g fill="none" stroke-width="2.5" stroke-linecap="round">{"".join(drawn)}</g>'
+    colours = [_TRUTH if name == "truth" else _PREDICTED for name in names]
+    return figures(places, colours, _BONES, N_TARGET / FPS)
 
 
 def picture() -> str:
     """Return the picture of the README: a walk, three predictions of it, and what two metrics say of each."""
     names = ("truth", *_PICTURED)
-    lines = [f'<text x="{_SIZE / 2}" y="{_SIZE + 20}">a walk</text>']
+    lines = [f'<text x="{SIZE / 2}" y="{SIZE + 20}">a walk</text>']
     for column, name in enumerate(_PICTURED, 1):
         gt, pred = (npss.poses_to_euler(variations()[motion]) for motion in ("truth", name))
         error = npss.euler_error(gt, pred, fps=FPS, at_ms=(400,))[400]
         texts = (name, f"NPSS {npss.score(gt, pred):.2f}", f"Euler error {error:.2f}")
         lines += [
-            f'<text x="{(column + 0.5) * _SIZE}" y="{_SIZE + 20 * line}">{text}</text>'
+            f'<text x="{(column + 0.5) * SIZE}" y="{SIZE + 20 * line}">{text}</text>'
             for line, text in enumerate(texts, 1)
         ]
-    width, height = len(names) * _SIZE, _SIZE + 70
-    return _svg(
+    width, height = len(names) * SIZE, SIZE + 70
+    return svg(
         width,
         height,
         f'<rect width="{width}" height="{height}" rx="8" fill="#fff"/>{moving(*names)}'
@@ -138,22 +127,11 @@ _EVERY = 2
 _BONES = [(a, b) for a, b in H36M.bones if H36M.offsets[b].any()]
 
 
-def _svg(width: float, height: float, content: str) -> str:
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
-        f"{content}</svg>\n"
-    )
-
-
-def _at(point: Float64) -> str:
-    return f"{point[0]:.1f} {point[1]:.1f}"
-
-
 def draw(folder: Path) -> None:
     """Draw everything into a folder."""
     truth, *others = variations()
     for name in others:
-        text = _svg(2 * _SIZE, _SIZE, moving(truth, name))
+        text = svg(2 * SIZE, SIZE, moving(truth, name))
         (folder / f"{name.replace(' ', '-')}.svg").write_text(text, encoding="utf-8")
     euler = {name: npss.poses_to_euler(motion) for name, motion in variations().items()}
     knee = FEATURE_NAMES.index("RightLeg.x")

@@ -26,3 +26,16 @@ def test_commands(tmp_path, monkeypatch, capsys):
     for application in (*RESTORATIONS, "interpolate", "sample", "filters"):
         assert f"\n{application}: " in printed
     assert Path("repair.png").stat().st_size > 10_000
+
+
+@pytest.mark.skipif(not PAGE.exists(), reason="needs the documentation")
+def test_a_clip_is_repaired(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("scipy")
+    monkeypatch.chdir(tmp_path)
+    page = PAGE.with_name("repair.md").read_text(encoding="utf-8")
+    (commands,) = re.findall(r"^```sh\n(.*?)^```", page, flags=re.M | re.S)
+    for command in commands.splitlines():
+        assert main(shlex.split(command)[1:]) == 0, capsys.readouterr().err
+    assert "LeftLeg, LeftFoot: held" in capsys.readouterr().out
+    assert Path("fixed.bvh").exists()
+    assert Path("fixed.html").stat().st_size > 10_000

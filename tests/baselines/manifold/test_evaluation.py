@@ -16,7 +16,6 @@ from npss_baselines.manifold.applications.interpolate import interpolate, slerp
 from npss_baselines.manifold.applications.method import Method
 from npss_baselines.manifold.applications.restore import RESTORATIONS, Windows, corrupted, rescaled
 from npss_baselines.manifold.evaluation import pca_size, restoration, similarity, synthesis, table
-from npss_baselines.manifold.evaluation.measure import measure_all
 from npss_baselines.manifold.evaluation.pca_size import Restoration
 from npss_baselines.manifold.evaluation.testbed import RESERVED, Testbed, fingerprint
 from npss_baselines.manifold.model.pca import fit_pca
@@ -193,8 +192,9 @@ class TestRestoration:
         assert of_motion == {fingerprint(testbed.test)}
 
     def test_reproducible(self, testbed, records):
-        again = list(measure_all(Testbed(testbed.motions, testbed.manifolds)))
-        assert json.dumps(again) == json.dumps(records)
+        fresh = Testbed(testbed.motions, testbed.manifolds)
+        again = [*restoration.restoration(fresh, "fill"), *synthesis.sampling(fresh)]
+        assert json.dumps(again) == json.dumps([r for r in records if r["application"] in ("fill", "sample")])
 
 
 class TestSynthesis:
