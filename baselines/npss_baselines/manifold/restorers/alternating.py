@@ -13,7 +13,7 @@ from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.model.projector import Projector
 from npss_baselines.manifold.restorers.restorer import with_bones
 
-#: The number of rounds: on validation subjects, the best of 1, 2, 4 and 8.
+#: The number of rounds: few, since an autoencoder can drift.
 ROUNDS = 2
 
 
