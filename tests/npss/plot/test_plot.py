@@ -670,3 +670,8 @@ def test_the_program_of_the_page(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert {file.stem for file in tmp_path.glob("*.svg")} == set(PICTURES)
+
+
+def test_a_notebook_shows_a_figure():
+    figure = PICTURES["spectra"]()
+    assert figure._repr_png_().startswith(b"\x89PNG")
