@@ -12,6 +12,7 @@ def motions():
 
 @pytest.fixture(scope="package")
 def testbed(motions):
+    pytest.importorskip("torch")
     from npss_baselines.manifold.evaluation.testbed import Testbed
     from untrained import manifold_of
 
@@ -28,6 +29,7 @@ def records(testbed):
 @pytest.fixture(scope="package")
 def run(motions, tmp_path_factory):
     """Return the folder of an untrained run."""
+    pytest.importorskip("torch")
     from dataclasses import replace
 
     from npss_baselines.manifold.training import folder
