@@ -17,13 +17,14 @@ from npss_baselines.manifold.applications.corrupt import branch
 from npss_baselines.manifold.clips.comparison import restoration_error
 from npss_baselines.manifold.clips.filling import filled, last_known
 from npss_baselines.manifold.clips.finding import find
-from npss_baselines.manifold.clips.gap import Gap, lost_in, runs
+from npss_baselines.manifold.clips.gap import Gap, lost_in
 from npss_baselines.manifold.clips.lost import without_channels, without_places
 from npss_baselines.manifold.clips.restoring import closed, known_features
 from npss_baselines.manifold.clips.search import features_of
 from npss_baselines.manifold.model.gaussian import fit_gaussian
 from npss_baselines.manifold.motion.features import to_positions
 from npss_baselines.manifold.motion.own_clip import body_height
+from npss_baselines.manifold.motion.runs import runs
 from npss_baselines.manifold.motion.scaling import fit_scaling
 from npss_baselines.manifold.restorers.conditional import Conditional
 from npss_baselines.manifold.restorers.interpolation import Interpolation

@@ -228,7 +228,7 @@ class TestKeys:
 class TestByCase:
     def test_runs_and_distances(self):
         flags = np.array([1, 1, 0, 1, 0, 0, 1], bool)
-        assert by_case._runs(flags).tolist() == [2, 2, 0, 1, 0, 0, 1]
+        assert by_case._spells(flags).tolist() == [2, 2, 0, 1, 0, 0, 1]
         assert by_case._distances(flags).tolist() == [2, 1, 0, 1, 0, 0, 1]
         assert np.isinf(by_case._distances(np.ones(3, bool))).all()
 

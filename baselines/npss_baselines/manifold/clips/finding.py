@@ -10,8 +10,9 @@ import numpy as np
 from npss.validation import Float64
 from npss_baselines.data.bvh import Bvh
 from npss_baselines.manifold.clips.filling import last_known
-from npss_baselines.manifold.clips.gap import Gap, Why, runs
+from npss_baselines.manifold.clips.gap import Gap, Why
 from npss_baselines.manifold.clips.lost import Mask
+from npss_baselines.manifold.motion.runs import runs
 
 #: The shortest time for which a joint is held, and the longest for which it jumps, in seconds.
 HELD, JUMP = 0.1, 0.2

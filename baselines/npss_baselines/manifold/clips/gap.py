@@ -75,9 +75,3 @@ def lines(gaps: Sequence[Gap], motion: Bvh) -> list[str]:
             seconds = f"{start / motion.fps:.2f} to {end / motion.fps:.2f} s"
             said.append(f"frames {start} to {end - 1} ({seconds}): {who}: {why}")
     return said
-
-
-def runs(mask: Mask) -> list[tuple[int, int]]:
-    """Return the stretches of true values in a mask ``(T,)``: the first index, and the one after the last."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [(int(start), int(end)) for start, end in edges.reshape(-1, 2)]

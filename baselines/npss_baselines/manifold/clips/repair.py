@@ -13,10 +13,11 @@ from npss_baselines.data.motion import NAMES
 from npss_baselines.data.upright import Up, up_of, with_own_up, with_y_up
 from npss_baselines.manifold.clips.filling import filled
 from npss_baselines.manifold.clips.finding import find
-from npss_baselines.manifold.clips.gap import Gap, lost_in, runs
+from npss_baselines.manifold.clips.gap import Gap, lost_in
 from npss_baselines.manifold.clips.outcome import Outcome
 from npss_baselines.manifold.clips.restoring import restored
 from npss_baselines.manifold.motion.own_clip import body_height
+from npss_baselines.manifold.motion.runs import runs
 from npss_baselines.manifold.restorers.file import default
 from npss_baselines.manifold.restorers.interpolation import Interpolation
 from npss_baselines.manifold.restorers.restorer import Restorer

@@ -8,11 +8,11 @@ from npss.validation import Float64
 from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.mapping import JointMapping
 from npss_baselines.manifold.applications.corrupt import Corrupted
-from npss_baselines.manifold.clips.gap import runs
 from npss_baselines.manifold.clips.lost import Lost, Mask
 from npss_baselines.manifold.motion.features import FPS, VELOCITIES
 from npss_baselines.manifold.motion.onto_skeleton import Fitted
 from npss_baselines.manifold.motion.own_clip import prepare_clip
+from npss_baselines.manifold.motion.runs import runs
 from npss_baselines.manifold.restorers.restorer import Restorer
 
 

@@ -11,6 +11,7 @@ from npss_baselines.manifold.motion.features import FPS, to_features, to_positio
 from npss_baselines.manifold.motion.ground import ANKLES, BALLS
 from npss_baselines.manifold.motion.measures import NEAR
 from npss_baselines.manifold.motion.onto_skeleton import unit
+from npss_baselines.manifold.motion.runs import runs
 
 __all__ = ["contacts_of", "hold_feet"]
 
@@ -122,13 +123,12 @@ def hold_feet(features: npt.ArrayLike, contacts: npt.ArrayLike, skeleton: Skelet
 def _shift(path: Float64, stands: Contacts) -> Float64:
     """Return the horizontal way ``(T, 3)`` from a foot's path to where it stands, eased in and out."""
     shift, frames = np.zeros_like(path), np.arange(len(path))
-    runs = np.flatnonzero(np.diff(np.concatenate([[False], stands, [False]]).astype(int))).reshape(-1, 2)
-    for first, end in runs:
+    for first, end in runs(stands):
         shift[first:end] = (path[first:end].mean(axis=0) - path[first:end]) * (1, 0, 1)
     # Far from all stands, the foot is free; in between, it moves there and back.
     near = np.convolve(stands, np.ones(2 * EASE - 1), "same") > 0
     known = np.flatnonzero(stands | ~near)
-    if not len(runs):
+    if not stands.any():
         return shift
     number = np.interp(frames, known, np.arange(len(known)))
     before = np.minimum(number.astype(int), max(0, len(known) - 2))

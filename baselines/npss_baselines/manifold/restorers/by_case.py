@@ -13,6 +13,7 @@ from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.model.gaussian import SpanGaussian
 from npss_baselines.manifold.motion.features import VELOCITIES
+from npss_baselines.manifold.motion.runs import runs
 from npss_baselines.manifold.restorers.camera import Camera
 from npss_baselines.manifold.restorers.conditional import Conditional
 from npss_baselines.manifold.restorers.digest import digest_of
@@ -74,7 +75,7 @@ class ByCase:
         if np.any(left.noise):
             return self.camera.restore(left, restored, self.skeleton)
         for motion, known in zip(restored, left.known, strict=True):
-            gap = _runs(~known.any(axis=1)) > GAP
+            gap = _spells(~known.any(axis=1)) > GAP
             if gap.all():
                 continue
             motion[:] = self.keys.restore(motion, ~gap, self.skeleton)
@@ -83,7 +84,7 @@ class ByCase:
 
     def _fill(self, motion: Float64, absent: npt.NDArray[np.bool_]) -> None:
         """Fill joints that are ``absent`` (T, J) for long in a motion ``(T, F)``, in place."""
-        missing = np.stack([_runs(joint) > LONG for joint in absent.T], axis=1)
+        missing = np.stack([_spells(joint) > LONG for joint in absent.T], axis=1)
         for joints in np.unique(missing, axis=0):
             if not joints.any() or joints.all():
                 continue
@@ -105,11 +106,10 @@ def _absent(known: npt.NDArray[np.bool_], gap: npt.NDArray[np.bool_]) -> npt.NDA
     return np.where(gap[:, np.newaxis], absent[before] & absent[behind], absent)
 
 
-def _runs(flags: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
+def _spells(flags: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
     """Return for each frame the length of the run of True that it is in; 0 where False."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
     lengths = np.zeros(len(flags), np.intp)
-    for start, end in edges.reshape(-1, 2):
+    for start, end in runs(flags):
         lengths[start:end] = end - start
     return lengths
 

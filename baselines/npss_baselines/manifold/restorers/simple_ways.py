@@ -8,7 +8,7 @@ import numpy as np
 
 from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.applications.simple import Way
-from npss_baselines.manifold.model.gaussian import fit_gaussian
+from npss_baselines.manifold.model.gaussian import POSE_RIDGE, fit_gaussian
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.scaling import fit_scaling
 from npss_baselines.manifold.restorers.conditional import Conditional
@@ -23,8 +23,6 @@ NAMES = (
     *("linear", "pchip", "hermite", "smoothing"),
     *("pose-gaussian", "kernel-ridge", "kernel-ridge-2", "key-ridge", "gaussian"),
 )
-#: The ridge of the pose's Gaussian, as a share of the mean variance: the best on validation subjects.
-POSE_RIDGE = 1e-3
 
 
 class SimpleWays:

@@ -14,7 +14,7 @@ from npss.console import Progress
 from npss.skeleton import Skeleton
 from npss.validation import Seed, generator
 from npss_baselines.data.motion import JOINTS
-from npss_baselines.manifold.model.gaussian import SpanGaussian, fit_gaussian
+from npss_baselines.manifold.model.gaussian import POSE_RIDGE, SpanGaussian, fit_gaussian
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.scaling import fit_scaling
 from npss_baselines.manifold.motion.split import subjects_of
@@ -26,8 +26,6 @@ from npss_baselines.manifold.restorers.keys import Keys
 from npss_baselines.manifold.restorers.net import Net
 from npss_baselines.manifold.restorers.samples import CameraSampler, FillSampler, KeysSampler, Sampler, Samples
 
-#: The ridge of the pose's Gaussian, as a share of the mean variance.
-POSE_RIDGE = 1e-3
 #: Samples by which inputs are standardised, and the smallest deviation that counts.
 EXAMPLE, SMALLEST = 4096, 0.02
 
