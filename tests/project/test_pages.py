@@ -108,6 +108,9 @@ def test_every_command_is_one(words):
         arguments = options.arguments
         if arguments[0] == "manifold":
             read = importlib.import_module("npss_baselines.commands.train_manifold").parse
+        elif arguments[0] == "restorer":
+            parser = importlib.import_module("npss_baselines.commands.train_restorer")._parser()
+            read, arguments = parser.parse_args, arguments[1:]
         elif arguments[0] in importlib.import_module("npss_baselines.fitted").FITTED:
             parser = importlib.import_module("npss_baselines.commands.train_fitted")._parser(arguments[0])
             read, arguments = parser.parse_args, arguments[1:]
