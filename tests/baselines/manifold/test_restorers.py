@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications import corrupt
@@ -226,22 +228,51 @@ class TestKeys:
 
 
 class TestByCase:
-    def test_runs_and_distances(self):
+    def test_spells(self):
         flags = np.array([1, 1, 0, 1, 0, 0, 1], bool)
         assert by_case._spells(flags).tolist() == [2, 2, 0, 1, 0, 0, 1]
-        assert by_case._distances(flags).tolist() == [2, 1, 0, 1, 0, 0, 1]
-        assert np.isinf(by_case._distances(np.ones(3, bool))).all()
 
     def test_short_gaps_and_spells_are_the_gaussians(self, windows, trained):
         known = np.ones(windows.features.shape, bool)
         known[:, 50:53] = False
-        known[:, 80:88, 54:60] = False
+        known[:, 80:85, 54:60] = False
         left = Corrupted(windows.features, known)
         expected = trained.gaussian.restore(left.features, known)
         np.testing.assert_allclose(trained.restore(left)[~known][..., -3:], expected[~known][..., -3:], atol=0.02)
 
-    def test_a_long_spell_fades_into_the_gaussian(self, windows, trained):
-        """There is no jump where the network takes over."""
+    @settings(max_examples=30)
+    @given(st.data(), st.integers(1, 30))
+    def test_an_error_that_is_linear_in_time_is_bridged(self, data, frames):
+        """Where the guess is wrong by a line between the ends, or by a constant at a single end, the truth is found."""
+        start = data.draw(st.integers(0, 40 - frames))
+        truth = np.random.default_rng(frames).normal(size=(40, 3))
+        both = start > 0 and start + frames < 40
+        wrong = np.linspace(1, 3, 40)[:, np.newaxis] if both else np.ones((40, 1))
+        seen = truth.copy()
+        seen[start : start + frames] = np.nan
+        spell = by_case.bridged(seen, truth + wrong, truth, start, start + frames)
+        np.testing.assert_allclose(spell, truth[start : start + frames], atol=1e-12)
+
+    def test_short_spells_follow_the_curve_and_long_ones_the_guess(self):
+        motion, curve = np.zeros((100, 1)), np.ones((100, 1))
+        shares = [by_case.bridged(motion, motion, curve, 20, 20 + n).max() for n in (1, 12, 24, 60)]
+        assert shares == [1, 1, 0.25, 0.04000000000000001]
+        assert by_case.bridged(motion, motion, curve, 70, 100).max() == 0
+        assert by_case.bridged(motion, curve, motion, 0, 100).min() == 1
+
+    def test_joints_whose_spells_overlap(self, windows, trained):
+        """Each joint meets the motion at the ends of its own spell."""
+        known = np.ones(windows.features.shape, bool)
+        known[:, 40:80, 42:45] = False
+        known[:, 60:120, 54:57] = False
+        restored = trained.restore(Corrupted(np.where(known, windows.features, np.nan), known))
+        assert np.array_equal(restored[known], windows.features[known])
+        for joint, frames in ((14, (40, 80)), (18, (60, 120))):
+            steps = np.diff(local_positions(restored)[:, :, joint], axis=1)
+            at_ends = np.linalg.norm(steps[:, [frames[0] - 1, frames[1] - 1]], axis=-1)
+            assert at_ends.max() < 0.1
+
+    def test_a_long_spell_meets_the_motion_around_it(self, windows, trained):
         known = np.ones(windows.features.shape, bool)
         known[:, 40:120, 54:60] = False
         restored = trained.restore(Corrupted(windows.features, known))

@@ -11,21 +11,25 @@ from npss.skeleton import Skeleton
 from npss.validation import Array, Float64
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.corrupt import Corrupted
+from npss_baselines.manifold.applications.simple import interpolated
 from npss_baselines.manifold.model.gaussian import SpanGaussian
 from npss_baselines.manifold.motion.features import VELOCITIES
 from npss_baselines.manifold.motion.runs import runs
 from npss_baselines.manifold.restorers.camera import Camera
 from npss_baselines.manifold.restorers.conditional import Conditional
 from npss_baselines.manifold.restorers.digest import digest_of
-from npss_baselines.manifold.restorers.fill import Fill
+from npss_baselines.manifold.restorers.fill import Fill, columns_of
 from npss_baselines.manifold.restorers.keys import Keys
 from npss_baselines.manifold.restorers.restorer import with_bones
 
-#: A joint is missing for long if it is in no frame of more than this many, and frames in which nothing is known are a
-#: gap if they are more than this: the Gaussian of 12 frames sees known values at both ends of shorter spells.
-LONG, GAP = 10, 3
-#: From the end of a long spell, frames over which its restoration fades into the Gaussian's.
-FADE = 6
+#: Frames in which nothing is known are a gap if they are more than this in a row.
+GAP = 3
+#: A joint is missing for long if it is in no frame of more than this many: the Gaussian of 12 frames sees known values at
+#: both ends of shorter spells, and the camera's networks in spells of up to `LONG_FOR_CAMERA`.
+LONG, LONG_FOR_CAMERA = 5, 30
+#: Frames of a spell up to which interpolation in time is better than filling from other joints. Chosen, like the two
+#: above, on validation subjects.
+EVEN = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +38,7 @@ class ByCase:
 
     - Noisy values: the Gaussian of 12 frames, corrected by the networks of `Camera`.
     - Frames without a known value, more than `GAP` in a row: `Keys`.
-    - Joints missing for more than `LONG` frames: `Fill`, and near a frame where they are known, the Gaussian of 12.
+    - Then, joints missing for long: a cubic in time and `Fill`; see `bridged`.
     - All else: the Gaussian of 12 frames.
 
     Bones that end in joints not seen get their lengths.
@@ -72,28 +76,76 @@ class ByCase:
     def restore(self, left: Corrupted) -> Float64:
         """Restore motion; see `Restorer`."""
         restored = Conditional(self.gaussian, self.skeleton).restore(left)
-        if np.any(left.noise):
-            return self.camera.restore(left, restored, self.skeleton)
+        noisy = bool(np.any(left.noise))
+        long = LONG_FOR_CAMERA if noisy else LONG
+        if noisy:
+            restored = self.camera.restore(left, restored, self.skeleton)
         for motion, known in zip(restored, left.known, strict=True):
             gap = _spells(~known.any(axis=1)) > GAP
             if gap.all():
                 continue
-            motion[:] = self.keys.restore(motion, ~gap, self.skeleton)
-            self._fill(motion, _absent(known, gap))
+            if not noisy:
+                motion[:] = self.keys.restore(motion, ~gap, self.skeleton)
+            self._fill(motion, _absent(known, gap), long)
         return with_bones(restored, left, self.skeleton)
 
-    def _fill(self, motion: Float64, absent: npt.NDArray[np.bool_]) -> None:
-        """Fill joints that are ``absent`` (T, J) for long in a motion ``(T, F)``, in place."""
-        missing = np.stack([_spells(joint) > LONG for joint in absent.T], axis=1)
+    def _fill(self, motion: Float64, absent: npt.NDArray[np.bool_], long: int) -> None:
+        """Fill joints that are ``absent`` (T, J) in more than ``long`` frames of a motion ``(T, F)``, in place."""
+        missing = np.stack([_spells(joint) > long for joint in absent.T], axis=1)
+        if not missing.any():
+            return
+        before, known = motion.copy(), ~np.stack([columns_of(joints) for joints in missing])
+        curve = interpolated(Corrupted(before[np.newaxis], known[np.newaxis]), "hermite")[0]
         for joints in np.unique(missing, axis=0):
             if not joints.any() or joints.all():
                 continue
-            filled = self.fill.restore(motion, joints, self.skeleton)
-            chosen = np.flatnonzero((missing == joints).all(axis=1))
-            away = _distances(np.any(absent[:, joints], axis=1))[chosen]
-            share = np.clip((away - 1) / FADE, 0, 1)[:, np.newaxis]
-            at = np.ix_(chosen, np.flatnonzero(np.repeat(joints, 3)))
-            motion[at] = share * filled[at] + (1 - share) * motion[at]
+            filled = self.fill.restore(before, joints, self.skeleton)
+            chosen = (missing == joints).all(axis=1)
+            for joint in np.flatnonzero(joints):
+                at = slice(3 * joint, 3 * joint + 3)
+                for start, end in runs(missing[:, joint]):
+                    there = chosen[start:end]
+                    spell = bridged(before[:, at], filled[:, at], curve[:, at], start, end)
+                    motion[start:end, at][there] = spell[there]
+
+
+def bridged(motion: Float64, filled: Float64, curve: Float64, start: int, end: int) -> Float64:
+    """Return the values of a spell, which continue the motion around it.
+
+    Filled values are moved so that they meet the motion: a pose that is guessed from the other joints is mostly wrong
+    by the same amount as in the frames around, where the truth is known. In spells of at most `EVEN` frames the curve
+    counts alone, and in longer ones by the square of `EVEN` over the length.
+
+    Parameters
+    ----------
+    motion : (T, D) ndarray
+        The motion; values of the spell do not count.
+    filled : (T, D) ndarray
+        Values guessed from other joints, in all frames.
+    curve : (T, D) ndarray
+        The motion, with the spell interpolated in time.
+    start, end : int
+        The first frame of the spell, and the one after the last.
+
+    Returns
+    -------
+    (end - start, D) ndarray of float64
+        Values; those filled where the spell is the whole motion.
+
+    Examples
+    --------
+    >>> motion = np.zeros((100, 1))
+    >>> bridged(motion, motion + 5, motion, 20, 80).max()
+    np.float64(0.0)
+    """
+    ends = [frame for frame in (start - 1, end) if 0 <= frame < len(motion)]
+    if not ends:
+        return filled[start:end]
+    wrong, frames = motion[ends] - filled[ends], np.arange(start, end)
+    offset = np.stack([np.interp(frames, ends, column) for column in wrong.T], axis=1)
+    share = min(1.0, (EVEN / (end - start)) ** 2) if len(ends) == 2 else 0.0
+    spell: Float64 = share * curve[start:end] + (1 - share) * (filled[start:end] + offset)
+    return spell
 
 
 def _absent(known: npt.NDArray[np.bool_], gap: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
@@ -112,15 +164,3 @@ def _spells(flags: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
     for start, end in runs(flags):
         lengths[start:end] = end - start
     return lengths
-
-
-def _distances(flags: Array) -> Float64:
-    """Return for each frame the distance to the nearest one where the flag is False; infinite if there is none."""
-    known = np.flatnonzero(~flags)
-    if not len(known):
-        return np.full(len(flags), np.inf)
-    frames = np.arange(len(flags))
-    after = np.searchsorted(known, frames)
-    nearest = [known[np.clip(number, 0, len(known) - 1)] for number in (after - 1, after)]
-    distances: Float64 = np.min([np.abs(frames - frame) for frame in nearest], axis=0).astype(np.float64)
-    return distances

@@ -66,6 +66,8 @@ class Settings:
     ----------
     fill, keys, camera : Recipe
         The recipe of each case.
+    nets : int
+        Networks of each case, whose corrections are averaged.
     windows : int
         Windows that the Gaussian restores for ``camera``.
     """
@@ -73,12 +75,13 @@ class Settings:
     fill: Recipe = Recipe(256, 0.2, 1200, lr=2e-3)
     keys: Recipe = Recipe(256, 0.25, 1300, lr=2e-3, decay=0.05)
     camera: Recipe = Recipe(160, 0.2, 900)
+    nets: int = 3
     windows: int = 3000
 
 
 DEFAULT = Settings()
 #: To try it out.
-QUICK = Settings(Recipe(16, 0.1, 20, 64), Recipe(16, 0.1, 20, 64), Recipe(16, 0.1, 20, 64), windows=10)
+QUICK = Settings(Recipe(16, 0.1, 20, 64), Recipe(16, 0.1, 20, 64), Recipe(16, 0.1, 20, 64), nets=1, windows=10)
 
 
 def train_restorer(
@@ -122,7 +125,10 @@ def train_restorer(
     nets = {}
     for number, (case, sampler) in enumerate(samplers.items()):
         rng = np.random.default_rng([seed, number])
-        nets[case] = train_net(sampler(rng), getattr(settings, case), gaussian, skeleton, rng, case, report)
+        samples, recipe = sampler(rng), getattr(settings, case)
+        nets[case] = tuple(
+            train_net(samples, recipe, gaussian, skeleton, rng, case, report) for _ in range(settings.nets)
+        )
     seen = {
         "sources": list(dict.fromkeys(clip.source for clip in training.clips)),
         "subjects": subjects_of(training),
@@ -131,9 +137,9 @@ def train_restorer(
     }
     return ByCase(
         gaussian,
-        Fill(pose, (nets["fill"],), filling.sets),
-        Keys(scaling, (nets["keys"],)),
-        Camera(scaling, (nets["camera"],)),
+        Fill(pose, nets["fill"], filling.sets),
+        Keys(scaling, nets["keys"]),
+        Camera(scaling, nets["camera"]),
         skeleton,
         seen,
     )
