@@ -103,8 +103,9 @@ def _add_restorer(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--restorer",
         type=Path,
+        nargs="+",
         metavar="FILE",
-        help="measure this restorer, from `npss-baselines train restorer` (default: that of the package)",
+        help="measure these restorers, from `npss-baselines train restorer` (default: that of the package)",
     )
 
 
@@ -210,6 +211,7 @@ def run_table(options: argparse.Namespace) -> None:
 
 def _testbed(options: argparse.Namespace) -> Testbed:
     """Load runs and motion."""
+    from npss_baselines.manifold.applications.method import Method
     from npss_baselines.manifold.evaluation.testbed import RESERVED, Testbed
     from npss_baselines.manifold.motion.prepared import motion_set
     from npss_baselines.manifold.restorers import file
@@ -218,8 +220,12 @@ def _testbed(options: argparse.Namespace) -> Testbed:
     runs = {"manifold": options.runs[0]} if len(options.runs) == 1 else names_of_paths(options.runs, taken=RESERVED)
     manifolds = {name: load(run).projector for name, run in runs.items()}
     motions = motion_set(folders_of(options), cache=options.cache, quick=options.quick)
-    chosen = getattr(options, "restorer", None)
-    return Testbed(motions, manifolds, options.seed, file.default() if chosen is None else file.load(chosen))
+    files = getattr(options, "restorer", None)
+    if files is None:
+        return Testbed(motions, manifolds, options.seed)
+    names = {"": files[0]} if len(files) == 1 else names_of_paths(files)
+    trained = {Method("restorer", name): file.load(path) for name, path in names.items()}
+    return Testbed(motions, manifolds, options.seed, trained)
 
 
 def _show(options: argparse.Namespace, records: Sequence[Record], *, listed: bool = False) -> None:

@@ -17,6 +17,7 @@ from npss_baselines.manifold.evaluation import measure, similarity, table
 from npss_baselines.manifold.evaluation.pca_size import Restoration
 from npss_baselines.manifold.evaluation.restoration import restoration
 from npss_baselines.manifold.evaluation.testbed import Testbed
+from npss_baselines.manifold.restorers.file import SHIPPED
 from npss_baselines.manifold.show import drawing, figures
 from untrained import manifold_of
 
@@ -96,6 +97,18 @@ class TestCommands:
         assert [(r["method"], r["metric"]) for r in printed] == [(r["method"], r["metric"]) for r in expected]
         assert [r["value"] for r in printed] == pytest.approx([r["value"] for r in expected], rel=1e-4)
         assert picture.stat().st_size > 5000
+
+    @pytest.mark.skipif(not SHIPPED.exists(), reason="the package has no restorer")
+    def test_several_restorers(self, run, tmp_path, capsys):
+        files = [shutil.copy(SHIPPED, tmp_path / name) for name in ("first.npz", "second.npz")]
+        command = ["manifold", "measure", "inbetween", str(run), "--quick", "--format", "json", "--restorer"]
+        assert main([*command, *map(str, files)]) == 0
+        errors = {r["method"]: r["value"] for r in json.loads(capsys.readouterr().out) if r["metric"] == "lost_error"}
+        assert errors["restorer, first"] == errors["restorer, second"] < errors["linear"]
+        assert main([*command, str(files[0])]) == 0
+        methods = {r["method"] for r in json.loads(capsys.readouterr().out)}
+        assert "restorer" in methods
+        assert not any(method.startswith("restorer,") for method in methods)
 
     def test_chosen_clip(self, run, tmp_path, capsys):
         options = [str(run), "--quick", "-o", str(tmp_path / "picture.svg")]

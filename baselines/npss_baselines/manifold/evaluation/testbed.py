@@ -47,8 +47,8 @@ class Testbed:
         the baselines, and its mean replaces lost values.
     seed : int
         Seed of all random choices.
-    restorer : Restorer, optional
-        A trained restorer (default: that of the package).
+    trained : mapping of Method to Restorer, optional
+        Trained restorers, all named ``restorer`` (default: that of the package).
 
     Raises
     ------
@@ -59,7 +59,7 @@ class Testbed:
     motions: MotionSet
     manifolds: Mapping[str, Manifold]
     seed: int = 0
-    restorer: Restorer = field(default_factory=default)
+    trained: Mapping[Method, Restorer] = field(default_factory=lambda: {Method("restorer"): default()})
 
     def __post_init__(self) -> None:
         for name in self.manifolds:
@@ -119,13 +119,13 @@ class Testbed:
         return SimpleWays(self.training)
 
     def restorers(self, left: Corrupted) -> dict[Method, Restorer]:
-        """Return the restorers of corrupted windows by name: simple ways, the trained one, and manifolds in turn."""
+        """Return the restorers of corrupted windows by name: simple ways, trained ones, and manifolds in turn."""
         if left.exact.all():
             return {}
         restorers = {Method(name): restorer for name, restorer in self.simple_ways.of(left).items()}
-        restorers[Method("restorer")] = self.restorer
         return restorers | {
-            Method(name, "alternating"): Alternating(manifold) for name, manifold in self.manifolds.items()
+            **self.trained,
+            **{Method(name, "alternating"): Alternating(manifold) for name, manifold in self.manifolds.items()},
         }
 
     def restored(self, application: str, left: Corrupted) -> dict[Method, Array]:
@@ -164,8 +164,8 @@ class Testbed:
             return f"{size} components of {self._pca_signature}"
         if method.name == "pca":
             return self._pca_signature
-        if method.name == "restorer":
-            return self.restorer.signature
+        if method in self.trained:
+            return self.trained[method].signature
         if method.name in simple_ways.NAMES and application in restore.RESTORATIONS:
             return self.simple_ways[method.name].signature
         if method.variant == "alternating":

@@ -24,8 +24,8 @@ from npss_baselines.manifold.restorers.restorer import with_bones
 
 #: Frames in which nothing is known are a gap if they are more than this in a row.
 GAP = 3
-#: A joint is missing for long if it is in no frame of more than this many: the Gaussian of 12 frames sees known values at
-#: both ends of shorter spells, and the camera's networks in spells of up to `LONG_FOR_CAMERA`.
+#: A joint is missing for long if it is in no frame of more than this many: the Gaussian of 12 frames sees known values
+#: at both ends of shorter spells, and the camera's networks in spells of up to `LONG_FOR_CAMERA`.
 LONG, LONG_FOR_CAMERA = 5, 30
 #: Frames of a spell up to which interpolation in time is better than filling from other joints. Chosen, like the two
 #: above, on validation subjects.
