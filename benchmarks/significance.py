@@ -1,4 +1,4 @@
-"""Error rates and coverages where windows overlap: the numbers of docs/comparing.md.
+"""Error rates and coverages where windows overlap: the numbers of docs/statistics.md.
 
 ``python benchmarks/significance.py [SETS]``
 

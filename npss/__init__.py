@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from npss.rotations._poses import poses_to_euler
     from npss.rotations._unwrap import unwrap
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "CONVENTIONS",
