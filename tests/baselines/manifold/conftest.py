@@ -3,6 +3,18 @@
 import pytest
 
 
+@pytest.fixture(scope="package", autouse=True)
+def few_samples():
+    """Measure fewer pairs, samples and joints than the commands do."""
+    from npss_baselines.manifold.evaluation import measure, synthesis
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(synthesis, "PAIRS", 6)
+        patch.setattr(synthesis, "SAMPLES", 40)
+        patch.setattr(measure, "FILLS", measure.FILLS[:1])
+        yield
+
+
 @pytest.fixture(scope="package")
 def motions():
     from npss_baselines.manifold.motion.prepared import motion_set

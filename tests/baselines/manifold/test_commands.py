@@ -144,7 +144,8 @@ class TestCommands:
         assert main(["manifold", "measure", "nearest", str(run), "--quick"]) == 2
         assert "retrieval needs clips of at least two actions" in capsys.readouterr().err
 
-    def test_several_runs_in_a_table(self, run, tmp_path, capsys):
+    def test_several_runs_in_a_table(self, run, tmp_path, capsys, monkeypatch):
+        monkeypatch.setattr(measure, "measure_all", lambda testbed: restoration(testbed, "repair"))
         other = tmp_path / "other"
         shutil.copytree(run, other)
         drawings = tmp_path / "pictures"
