@@ -168,7 +168,7 @@ def to_latex(
         return f"{{\\tiny {ends}}}" if ends else ""
 
     parts = ["% needs \\usepackage{booktabs}"]
-    before = "" if caption is None else f"{caption} "
+    before = "" if caption is None else f"{caption} " if caption.rstrip().endswith((".", "!", "?")) else f"{caption}. "
     for number, part in enumerate(tables(standings, by, wide=wide), 1):
         lines = [
             r"\begin{table}",
@@ -195,6 +195,9 @@ def _in_three_lines(part: Table, notes: Sequence[str]) -> list[str]:
     """Return what a reader must know of a table: what the numbers beside values are, the marks, and the sources."""
     own = [cell for (_, kind, _), cell in part.cells.items() if not kind]
     beside = [note for note in notes if note.startswith(("Intervals:", "Range:", "Without intervals:"))]
+    # The blocks of this table's actions, and what they are a sample of.
+    named = {"Inferred", *(cell.result.action or "all" for cell in own)}
+    beside += [note for note in notes if named & set(note.partition(": ")[0].split(", "))]
     marks = [note for note in notes if note.startswith(MARK)] if any(cell.worse for cell in own) else []
     kinds = dict.fromkeys(kind for _, kind in part.models if kind)
     italic = [f"In italics: {' and '.join(kinds)}."] if kinds else []

@@ -571,6 +571,13 @@ class TestWritten:
         assert "\\textbf{" in text
         assert "\\textsuperscript{\\dag}" in text
 
+    def test_latex_states_the_blocks_of_its_actions(self, board):
+        text = board.to_latex()
+        for table, action in zip(text.split("\\end{table}"), ("eating", "walking"), strict=False):
+            assert f"{action}: " in table or f"{action}, " in table or f", {action}: " in table
+            assert "assumed independent. Inferred: other blocks of this kind" in table
+        assert r"\caption{Mine. " in board.to_latex(caption="Mine")
+
     def test_published_rows_follow_a_rule_in_latex(self):
         board = npss.leaderboard([TestPublished().record()], published=True)
         lines = board.to_latex().splitlines()
