@@ -8,10 +8,12 @@ const count = survey.questions.length;
 const get = (id) => document.getElementById(id);
 const player = new Player(get("player"), survey.figure, { abreast: true, words: texts });
 
-// Answers by participant, each a list in the order of that participant's survey; one entry for each question so far.
-let state = { participant: "", answers: {} };
+// The present participant, and the answers of each, by place in that participant's survey. A tab keeps only those of its
+// present participant, so several tabs do not overwrite each other.
+let participant = "";
+const answersOf = {};
 
-// The state is kept in IndexedDB: for a page opened as a file, localStorage may be outdated or empty when the page is
+// They are kept in IndexedDB: for a page opened as a file, localStorage may be outdated or empty when the page is
 // opened again (seen in Chromium 156, one time in four).
 let database = null;
 
@@ -22,32 +24,41 @@ function request(asked) {
   });
 }
 
-async function recall() {
+async function openDatabase() {
   try {
-    const opening = indexedDB.open("npss-survey", 1);
-    opening.onupgradeneeded = () => opening.result.createObjectStore("states");
+    const opening = indexedDB.open("npss-surveys", 1);
+    opening.onupgradeneeded = () => opening.result.createObjectStore("surveys");
     database = await request(opening);
-    state = (await request(database.transaction("states").objectStore("states").get(survey.id))) ?? state;
   } catch {
-    // No database, or an unreadable state: the survey starts again.
+    // No database: answers last while the page is open.
+  }
+}
+
+async function recall(name) {
+  try {
+    return await request(database.transaction("surveys").objectStore("surveys").get([survey.id, name]));
+  } catch {
+    return undefined; // no database, or an unreadable entry
   }
 }
 
 function keep() {
   try {
-    const transaction = database.transaction("states", "readwrite");
-    transaction.objectStore("states").put(state, survey.id);
+    const transaction = database.transaction("surveys", "readwrite");
+    const store = transaction.objectStore("surveys");
+    store.put(participant, [survey.id, "participant"]);
+    if (participant) store.put(answers(), [survey.id, participant]);
     transaction.commit(); // do not wait: the page may be closed first
   } catch {
     // Answers last while the page is open.
   }
 }
 
-const answers = () => (state.answers[state.participant] ??= {});
+const answers = () => (answersOf[participant] ??= {});
 
 // The question at a place in the survey of the present participant, with its sides as shown.
 function question(place) {
-  const order = survey.orders[(Number(state.participant) - 1) % survey.orders.length];
+  const order = survey.orders[(Number(participant) - 1) % survey.orders.length];
   const index = order[place] >> 1;
   const mirrored = order[place] & 1; // the last bit: the sides are swapped
   const { action, number, sequence, truth, a, b } = survey.questions[index];
@@ -76,6 +87,7 @@ function show(step) {
   const { name, inPlace } = survey.actions[action];
   get("number").textContent = fill(texts.number, { number: at + 1, questions: count });
   get("action").textContent = inPlace ? `${name}. ${texts.in_place}` : name;
+  get("who").textContent = fill(texts.who, { participant });
   get("progress").value = Object.keys(answers()).length;
   for (const choice of document.querySelectorAll("input[name=choice]")) {
     choice.checked = answers()[at] === choice.value;
@@ -89,6 +101,39 @@ function show(step) {
   get("number").focus();
 }
 
+// A participant's number.
+const NUMBER = /^[1-9][0-9]{0,8}$/;
+
+// The address may hold the number of a participant, as in survey.html#7. If another was here last, ask who it is.
+async function enter() {
+  const asked = location.hash.slice(1);
+  const last = participant || ((await recall("participant")) ?? "");
+  if (last && (asked === last || !NUMBER.test(asked))) await begin(last);
+  else greet(asked);
+}
+
+// Show the start, with a number to confirm.
+function greet(number) {
+  get("participant").value = number;
+  if (get("consent")) get("consent").checked = false;
+  show(-1);
+}
+
+// Go on with the survey of a participant where it was left.
+async function begin(number) {
+  answersOf[number] = (await recall(number)) ?? answersOf[number];
+  become(number);
+  get("participant").value = number;
+  show(firstOpen());
+}
+
+// Let a participant be the present one, also in an address that names another.
+function become(number) {
+  participant = number;
+  keep();
+  if (location.hash) history.replaceState(null, "", `#${number}`);
+}
+
 function firstOpen() {
   const open = Array.from({ length: count }, (_, i) => i).find((i) => !(i in answers()));
   return open ?? count;
@@ -98,7 +143,6 @@ function csv() {
   const quoted = (value) => (/[",\r\n]|^\s|\s$/.test(value) ? `"${value.replaceAll('"', '""')}"` : value);
   const rows = Array.from({ length: count }, (_, i) => {
     const { action, number, sequence, modelA, modelB, expected } = question(i);
-    const { participant } = state;
     return [survey.actions[action].action, number, sequence, modelA, modelB, participant, answers()[i], i + 1, expected];
   });
   return [survey.columns, ...rows].map((row) => `${row.map((value) => quoted(String(value))).join(",")}\r\n`).join("");
@@ -113,14 +157,12 @@ get("start-form").addEventListener("submit", (event) => {
     consent.focus();
     return;
   }
-  if (!/^[1-9][0-9]{0,8}$/.test(number)) {
+  if (!NUMBER.test(number)) {
     get("start-alert").textContent = texts.participant_missing;
     get("participant").focus();
     return;
   }
-  state.participant = number;
-  keep();
-  show(firstOpen());
+  begin(number);
 });
 
 get("question-form").addEventListener("change", (event) => {
@@ -143,21 +185,17 @@ get("save").addEventListener("click", () => {
   const address = URL.createObjectURL(new Blob([csv()], { type: "text/csv" }));
   const tame = (text) => text.replaceAll(/[^\p{L}\p{N}_-]+/gu, "-");
   const actions = survey.actions.map(({ action }) => tame(action)).join("-");
-  element("a", { href: address, download: `answers-${actions.slice(0, 60)}-${state.participant}.csv` }).click();
+  element("a", { href: address, download: `answers-${actions.slice(0, 60)}-${participant}.csv` }).click();
   setTimeout(() => URL.revokeObjectURL(address), 10000);
 });
 
 get("again").addEventListener("click", () => {
-  state.participant = "";
-  keep();
-  get("participant").value = "";
-  if (get("consent")) get("consent").checked = false;
-  show(-1);
+  become("");
+  greet("");
   get("participant").focus();
 });
 
+addEventListener("hashchange", enter);
+
 get("progress").max = count;
-recall().then(() => {
-  get("participant").value = state.participant || location.hash.slice(1);
-  show(state.participant ? firstOpen() : -1);
-});
+openDatabase().then(enter);

@@ -165,9 +165,15 @@ def drag(browser, canvas, x, y):
     ActionChains(browser, duration=50).drag_and_drop_by_offset(canvas, x, y).perform()
 
 
+def started(browser):
+    """Wait until the survey has looked for the participant's earlier answers, or says what is missing."""
+    wait(browser, lambda b: get(b, "#start-alert").text or not get(b, "#start").is_displayed())
+
+
 def start(browser, participant="1"):
     get(browser, "#participant").send_keys(participant)
     get(browser, "#start-form button").click()
+    started(browser)
 
 
 def answer(browser, choice):
@@ -425,6 +431,7 @@ def test_a_survey_by_keyboard(open_page):
     browser = open_page("survey")
     keys = ActionChains(browser)
     get(browser, "#participant").send_keys("1", Keys.ENTER)
+    started(browser)
     for i in range(len(QUESTIONS)):
         assert browser.switch_to.active_element.text == f"Question {i + 1} of 3"
         # Pause, time, view, and then the choice.
@@ -468,6 +475,85 @@ def test_another_participant_starts_anew(open_page, tmp_path):
     get(browser, "#again").click()
     start(browser, "1")
     assert get(browser, "#end").is_displayed()  # whose answers are still there
+
+
+def visit(browser, address):
+    """Open an address; if it differs from the present one in the number only, the page stays."""
+    browser.get(address)
+    wait_for_the_page(browser)
+
+
+def test_the_address_names_the_participant(open_page, pages, tmp_path):
+    browser = open_page("survey")
+    start(browser)
+    answer(browser, "B")
+    assert get(browser, "#who").text == "Participant 1"
+
+    browser.get("about:blank")
+    visit(browser, pages["survey"] + "#2")
+    assert get(browser, "#start").is_displayed()
+    assert get(browser, "#participant").get_property("value") == "2"
+    start(browser, "")
+    assert get(browser, "#number").text == "Question 1 of 3"
+    assert get(browser, "#who").text == "Participant 2"
+    answer_all(browser)
+    path = saved(browser, tmp_path)
+    assert path.name == "answers-walking-2.csv"
+    assert {(vote.participant, vote.choice) for vote in study.read_votes(path)} == {("2", "A")}
+
+    # The number alone changes, as when somebody edits the address: the page is not loaded again.
+    visit(browser, pages["survey"] + "#1")
+    wait(browser, lambda b: get(b, "#start").is_displayed())
+    assert get(browser, "#participant").get_property("value") == "1"
+    start(browser, "")
+    assert get(browser, "#number").text == "Question 2 of 3"
+    get(browser, "#question .back").click()
+    assert get(browser, "input[value=B]").is_selected()
+
+    # The present participant goes on at once, also with no number in the address.
+    for address in "#1", "":
+        browser.get("about:blank")
+        visit(browser, pages["survey"] + address)
+        assert get(browser, "#number").text == "Question 2 of 3"
+
+
+def test_another_number_than_that_of_the_address(open_page, pages):
+    browser = open_page("survey")
+    visit(browser, pages["survey"] + "#7")
+    wait(browser, lambda b: get(b, "#participant").get_property("value") == "7")
+    get(browser, "#participant").clear()
+    start(browser, "8")
+    assert browser.current_url == pages["survey"] + "#8"
+    answer(browser, "A")
+    browser.refresh()
+    wait_for_the_page(browser)
+    assert (get(browser, "#who").text, get(browser, "#number").text) == ("Participant 8", "Question 2 of 3")
+    visit(browser, pages["survey"] + "#p8")  # no number
+    assert get(browser, "#who").text == "Participant 8"
+
+
+def test_tabs_side_by_side_keep_the_answers_of_each(open_page, pages, tmp_path):
+    browser = open_page("survey")
+    start(browser)
+    first = browser.current_window_handle
+    browser.switch_to.new_window("tab")
+    second = browser.current_window_handle
+    try:
+        visit(browser, pages["survey"] + "#2")
+        start(browser, "")
+        answer(browser, "B")
+        browser.switch_to.window(first)
+        answer(browser, "A")
+    finally:
+        browser.switch_to.window(second)
+        browser.close()
+        browser.switch_to.window(first)
+    for number, choice in ("2", "B"), ("1", "A"):
+        browser.get("about:blank")
+        visit(browser, f"{pages['survey']}#{number}")
+        start(browser, "")
+        get(browser, "#question .back").click()
+        assert get(browser, f"input[value={choice}]").is_selected()
 
 
 @pytest.mark.parametrize(
@@ -584,6 +670,7 @@ class TestFourActions:
         assert browser.switch_to.active_element.get_attribute("id") == "consent"  # asked for again
         assert get(browser, "#start-alert").text.startswith("Bitte stimmen Sie erst zu")
         keys.send_keys(Keys.SPACE, Keys.ENTER).perform()
+        wait(browser, lambda b: not get(b, "#start").is_displayed())
         assert get(browser, "#number").text == "Frage 1 von 16"
         keys.send_keys(*[Keys.TAB] * 4, Keys.SPACE, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT).perform()
         assert get(browser, "input[name=choice]:checked").get_attribute("value") == "tie"

@@ -42,6 +42,7 @@ def test_a_survey(browser, tmp_path):
     ready(browser)
     assert browser.run(OUT_OF_SIGHT) == []
     browser.press(TAB, "1", ENTER)
+    wait(lambda: browser.run("() => document.getElementById('start').hidden"))
     for number in range(1, len(ACTIONS) + 1):
         assert browser.run("() => document.activeElement.textContent") == f"Question {number} of 4"
         for size in (390, 844), (1280, 720):
