@@ -28,11 +28,18 @@ class SignFlips(NamedTuple):
 
     low: Float64  # (K,); the smaller of the two quotients, -inf where S is empty or all
     high: Float64  # (K,)
+    observed: float  # the quotient of the whole sums
     exact: bool  # whether all exchanges are included (a set and its complement are the same exchange)
 
     def p_value(self) -> float:
         """Return the share of exchanges at least as extreme as the observed one, in either direction."""
         return float(np.mean((self.low <= 0) & (self.high >= 0)))
+
+    def one_sided(self, sign: int) -> float:
+        """Return the share of exchanges that make a difference at least as far to the side of `sign`, 1 or -1."""
+        # To exchange S does so if the sum over S is not to that side: 0 of the empty set, all of its complement.
+        low, high = np.where(np.isinf(self.low), 0.0, self.low), np.where(np.isinf(self.high), self.observed, self.high)
+        return float(np.mean([sign * low <= 0, sign * high <= 0]))
 
     def interval(self, level: float) -> Interval:
         """Return the smallest and largest difference that the test at ``1 - level`` does not reject."""
@@ -82,7 +89,8 @@ def sign_flips(difference: Float64, weight: Float64, *, seed: Seed = 0) -> SignF
         outside[some] = _quotients((1 - sets) @ terms)
     whole = np.isnan(inside) | np.isnan(outside)
     low, high = np.minimum(inside, outside), np.maximum(inside, outside)
-    return SignFlips(np.where(whole, -np.inf, low), np.where(whole, np.inf, high), exact)
+    observed = float(_quotients(terms.sum(axis=0, keepdims=True))[0])
+    return SignFlips(np.where(whole, -np.inf, low), np.where(whole, np.inf, high), observed, exact)
 
 
 def settled(difference: Float64, weight: Float64) -> Float64:

@@ -59,10 +59,22 @@ def _pairs(pairs: list[dict[str, Any]]) -> str:
         [*map(one_line, pair["models"]), str(pair["questions"])]
         + [str(number) for number in (*pair["votes"], pair["tied_votes"])]
         + [str(number) for number in (*pair["majorities"], pair["tied_majorities"])]
+        + _preference(pair["preference"])
         for pair in pairs
     ]
     header = ["first", "second", "questions", "votes first", "second", "tie", "majorities first", "second", "tie"]
-    return table(header, rows, "llrrrrrrr")
+    header += ["participants", "share first", "from", "to", "p", "corrected"]
+    return "\n".join([table(header, rows, "ll" + "r" * 13), _notes("share", "preference_test")])
+
+
+def _preference(preference: dict[str, Any]) -> list[str]:
+    shares = [preference["share"], *(preference["interval"] or (None, None))]
+    p_values = [preference["p_value"], preference["corrected"]]
+    return [
+        str(preference["participants"]),
+        *("-" if share is None else f"{share:.3f}" for share in shares),
+        *("-" if p_value is None else f"{p_value:.3g}" for p_value in p_values),
+    ]
 
 
 def _rankings(metrics: dict[str, Any]) -> str:

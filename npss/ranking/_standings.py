@@ -12,6 +12,7 @@ import numpy as np
 from npss._analysis.blocks import INFERRED, Blocks, counted
 from npss._analysis.bootstrap import METHOD, RESAMPLES, checked_level, seed_text
 from npss._analysis.fingerprint import differing
+from npss._analysis.holm import holm
 from npss._analysis.interval import FOUND, MIN_BLOCKS_OF_INTERVAL, ends
 from npss._analysis.sign_flip import EXACT_UP_TO, MIN_BLOCKS_OF_TEST, SAMPLES, settled, sign_flips
 from npss._analysis.ties import tied
@@ -189,22 +190,6 @@ def _p_values(results: Sequence[Result], seed: Seed) -> dict[frozenset[str], flo
             p_values[frozenset((one.model, other.model))] = sign_flips(*parts, seed=seed).p_value() if enough else None
     tested = {pair: p_value for pair, p_value in p_values.items() if p_value is not None}
     return p_values | dict(zip(tested, holm(list(tested.values())), strict=True))
-
-
-def holm(p_values: Sequence[float]) -> list[float]:
-    """Correct p-values of several tests for the chance of any false difference.
-
-    References
-    ----------
-    S. Holm, "A Simple Sequentially Rejective Multiple Test Procedure", Scandinavian Journal of Statistics 6, 1979.
-    """
-    order = sorted(range(len(p_values)), key=lambda i: p_values[i])
-    corrected = [0.0] * len(p_values)
-    largest = 0.0
-    for place, i in enumerate(order):
-        largest = max(largest, min(1.0, (len(p_values) - place) * p_values[i]))
-        corrected[i] = largest
-    return corrected
 
 
 def check_truths(results: Iterable[Result]) -> None:

@@ -12,6 +12,7 @@ from npss.study._intervals import clopper_pearson_interval, wilson_interval
 from npss.study._kappa import fleiss_kappa
 from npss.study._paired import PairedTest, mcnemar_test
 from npss.study._planning import power, sample_size
+from npss.study._preference import Preference, preference_tests
 from npss.study._ranking import model_scores, predict, rank
 from npss.study._two_samples import ProportionTest, binomial_test, boschloo_test, fisher_test
 from npss.study._votes import Attention, Count, Vote, attention, count_votes, simulate_votes
@@ -23,6 +24,7 @@ __all__ = [
     "Interval",
     "JointAgreement",
     "PairedTest",
+    "Preference",
     "ProportionTest",
     "Question",
     "Vote",
@@ -41,6 +43,7 @@ __all__ = [
     "model_scores",
     "power",
     "predict",
+    "preference_tests",
     "rank",
     "read_votes",
     "sample_size",

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from npss._analysis.sign_flip import MIN_BLOCKS_OF_TEST
 from npss._metric.convention import CONVENTIONS
 from npss._metric.registry import EULER_ERROR
 from npss._metric.signature import higher_is_better
@@ -15,6 +16,7 @@ from npss.study._input import Alternative
 from npss.study._intervals import wilson_interval
 from npss.study._kappa import kappa
 from npss.study._paired import mcnemar_test
+from npss.study._preference import Preference, preference_tests
 from npss.study._ranking import model_scores, predict, rank, score_of
 from npss.study._two_samples import binomial_test
 from npss.study._votes import Count, Vote, attention, count_votes
@@ -28,6 +30,11 @@ MEANINGS = {
     "attention": "a participant who answers an attention check other than expected fails; the votes are counted unless "
     "excluded on request, the checks never are",
     "fleiss_kappa": "Fleiss 1971 with the categories A, B and tie; 1: full agreement of participants, 0: chance",
+    "share": "the mean of the participants' shares of answers for the first model, without ties; from, to: the shares that "
+    f"the test does not reject, level {LEVEL:g}",
+    "preference_test": "two-sided sign-flip test of the shares against 1/2, with the participant as the unit, for pooled "
+    f"votes err where tastes differ; fewer than {MIN_BLOCKS_OF_TEST} participants give no p-value; corrected: by Holm's "
+    "correction over all pairs",
     "score": "lower is better, unless the signature says better:higher; euler_error is the sum at 80, 160, 320, 400, "
     "560 and 1000 ms",
     "rank": "scores that are equal up to rounding (1e-9 of them) share a rank, and the next ranks are skipped",
@@ -83,7 +90,7 @@ def summary(
             action: _participants([vote for vote in votes if vote.action == action], _of(action, counts))
             for action in actions
         },
-        "pairs": _pairs(counts),
+        "pairs": _pairs(counts, preference_tests(votes, level=LEVEL)),
     }
     if checked:
         results["attention"] = checked
@@ -131,8 +138,8 @@ def _participants(votes: Sequence[Vote], counts: Sequence[Count]) -> dict[str, A
     return results
 
 
-def _pairs(counts: Sequence[Count]) -> list[dict[str, Any]]:
-    """Return the votes and majorities that each model won, for each pair of models."""
+def _pairs(counts: Sequence[Count], preferences: Sequence[Preference]) -> list[dict[str, Any]]:
+    """Return for each pair of models the votes and majorities that each won, and the test of the preference."""
     pairs: dict[tuple[str, str], dict[str, Any]] = {}
     for count in counts:
         models, won = [count.question.model_a, count.question.model_b], [count.a, count.b]
@@ -147,7 +154,21 @@ def _pairs(counts: Sequence[Count]) -> list[dict[str, Any]]:
         pair["tied_votes"] += count.tie
         pair["majorities"] = [x + y for x, y in zip(pair["majorities"], majority, strict=True)]
         pair["tied_majorities"] += count.majority == "tie"
-    return [pairs[models] for models in sorted(pairs)]
+    return [pairs[of.model_a, of.model_b] | {"preference": _preference(of)} for of in preferences]
+
+
+def _preference(tested: Preference) -> dict[str, Any]:
+    """Return the test of a preference; what it cannot tell is None."""
+    known = tested.p_value is not None
+    return {
+        "participants": tested.participants,
+        "share": tested.share if tested.participants else None,
+        "interval": tested.interval if known else None,
+        "p_value": tested.p_value,
+        "corrected": tested.corrected,
+        "method": tested.method,
+        "alternative": tested.alternative,
+    }
 
 
 def _metrics(

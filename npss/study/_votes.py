@@ -172,7 +172,7 @@ def count_votes(votes: Sequence[Vote]) -> list[Count]:
     """
     of_question: dict[tuple[str, Question], list[Vote]] = {}
     for vote in votes:
-        _check_choice(vote)
+        check_choice(vote)
         if not vote.question.expected:
             of_question.setdefault((vote.action, _in_order(vote.question)), []).append(vote)
     counts = []
@@ -194,7 +194,8 @@ def _in_order(question: Question) -> Question:
     return question if in_order == bool(question.number % 2) else question.mirrored()
 
 
-def _check_choice(vote: Vote) -> None:
+def check_choice(vote: Vote) -> None:
+    """Check that the answer is one of those to a question."""
     if vote.choice not in CHOICES:
         raise ValueError(f"votes: expected a choice of {', '.join(CHOICES)}, got {vote.choice!r}")
 
@@ -257,7 +258,7 @@ def attention(votes: Sequence[Vote]) -> list[Attention]:
     """
     answered: dict[str, list[bool]] = {}
     for vote in votes:
-        _check_choice(vote)
+        check_choice(vote)
         checks = answered.setdefault(vote.participant, [])
         if vote.question.expected:
             checks.append(vote.choice == vote.question.expected)

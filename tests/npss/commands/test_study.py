@@ -80,9 +80,11 @@ class TestVotesAlone:
         for name in ("gait", "all"):
             assert [name, "4", "3", "12", "1", "2", "1", f"{kappa:.3f}"] in rows
         # Of one and two: two A and one tie in question 1; two B and one tie, which is for one too, in question 4.
-        assert ["one", "two", "2", "4", "0", "2", "2", "0", "0"] in rows
-        assert ["three", "two", "1", "2", "1", "0", "1", "0", "0"] in rows
-        assert ["one", "three", "1", "1", "1", "1", "0", "0", "1"] in rows
+        # Three participants give no p-value.
+        assert ["one", "two", "2", "4", "0", "2", "2", "0", "0", "3", "1.000", "-", "-", "-", "-"] in rows
+        assert ["three", "two", "1", "2", "1", "0", "1", "0", "0", "3", "0.667", "-", "-", "-", "-"] in rows
+        assert ["one", "three", "1", "1", "1", "1", "0", "0", "1", "2", "0.500", "-", "-", "-", "-"] in rows
+        assert "preference_test: two-sided sign-flip test of the shares against 1/2, with the participant as" in out
         assert "    sides: left 4, right 5, tie 3; votes for the motion on the left (A)" in out
         assert "majorities: A or B, whichever has more votes" in out
         assert "NPSS" not in out
@@ -101,7 +103,39 @@ class TestVotesAlone:
             "tied_votes": 1,
             "majorities": [0, 0],
             "tied_majorities": 1,
+            "preference": {
+                "participants": 2,
+                "share": 0.5,
+                "interval": None,
+                "p_value": None,
+                "corrected": None,
+                "method": "sign-flip test over participants",
+                "alternative": "two-sided",
+            },
         }
+
+    def test_preference(self, call, tmp_path):
+        """Eight of nine participants prefer one; the ninth only sees ties."""
+        path = tmp_path / "votes.csv"
+        lines = [f"gait,{n},0,one,two,p{i},{'A' if i else 'B'}" for i in range(8) for n in (1, 2)]
+        path.write_text("\n".join([HEADER, *lines, "gait,1,0,one,two,p8,tie", ""]), encoding="utf-8")
+        (expected,) = study.preference_tests(study.read_votes(path))
+        (pair,) = json.loads(call(path, "--format", "json")[1])["pairs"]
+        assert pair["preference"] == {
+            "participants": 8,
+            "share": 7 / 8,
+            "interval": list(expected.interval),
+            "p_value": expected.p_value,
+            "corrected": expected.p_value,
+            "method": "sign-flip test over participants, all 256 flips",
+            "alternative": "two-sided",
+        }
+        low, high = expected.interval
+        row = f"one two 2 14 2 1 2 0 0 8 0.875 {low:.3f} {high:.3f} {expected.p_value:.3g} {expected.p_value:.3g}"
+        assert row.split() in [line.split() for line in call(path)[1].splitlines()]
+        path.write_text("\n".join([HEADER, "gait,1,0,one,two,p8,tie", ""]), encoding="utf-8")
+        row = ["one", "two", "1", "0", "0", "1", "0", "0", "1", "0", *"-----"]
+        assert row in [line.split() for line in call(path)[1].splitlines()]
 
     def test_without_kappa(self, call, small, tmp_path):
         fewer = tmp_path / "fewer.csv"
@@ -375,7 +409,7 @@ class TestForms:
         _, out, err = call(votes, "--scores", write(tmp_path / "records.json", scores))
         assert err == ""
         rows = [line.split() for line in out.splitlines()]
-        assert ["M1", "M2", "big", "1", "1", "1", "0", "0", "0", "1"] in rows
+        assert ["M1", "M2", "big", "1", "1", "1", "0", "0", "0", "1", "2", "0.500", "-", "-", "-", "-"] in rows
         assert ["slow", "gait", "M2", "big", "1.000", "1"] in rows
         assert ["slow", "gait", "1", "2", "2", "0", "0", "1", "-1.000"] in rows
         assert not any(line.startswith(("big", "gait")) for line in out.splitlines())
