@@ -18,7 +18,7 @@ from npss.console import Parser
 from npss.files._formats import listed
 from npss.files._samples import add_max_size
 from npss.files._write import check_output, write_text_atomically
-from npss.ranking._submissions import read_records, sample_files
+from npss.ranking._submissions import read_records, read_submissions, records_of, sample_files
 from npss.records import NUMBERS, Record
 from npss.study import power, read_votes, sample_size
 from npss.study._input import ALTERNATIVES
@@ -190,7 +190,8 @@ def _add_evaluate(subcommands: Any) -> None:
         "--scores",
         type=Path,
         metavar="RECORDS",
-        help="rank models by the scores in this JSON file, as `npss-baselines evaluate --format json` prints them",
+        help="rank models by their scores: of the samples in this folder, as for study page, or in this JSON file, a "
+        "list of records as `npss-baselines evaluate --format json` prints them",
     )
     scores.add_argument("--published", action="store_true", help="rank models by the tables of the NPSS paper")
     parser.add_argument(
@@ -270,7 +271,9 @@ def _evaluate(options: argparse.Namespace) -> None:
 
 
 def _read_records(path: Path) -> list[Record]:
-    """Read a file of records; whether it holds the needed scores shows when they are used."""
+    """Read a file of records, or score a folder of samples; whether these are the needed scores shows in use."""
+    if path.is_dir():
+        return records_of(read_submissions([path]))
     records = read_records(path)
     for index, record in enumerate(records):
         for name in ("model", "action"):

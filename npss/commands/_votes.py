@@ -18,7 +18,10 @@ def text(results: dict[str, Any]) -> str:
     if "metrics" in results:
         parts += [_rankings(results["metrics"]), _agreements(results["metrics"])]
     if results.get("comparisons"):
-        parts += [*map(_comparison, results["comparisons"]), _notes("binomial_test", "mcnemar_test")]
+        notes = _notes("alternative", "binomial_test", "mcnemar_test")
+        parts += [*map(_comparison, results["comparisons"]), notes]
+    if "not_compared" in results:
+        parts.append(f"no comparison of metrics: {results['not_compared']}")
     return "\n\n".join(parts)
 
 
@@ -50,6 +53,10 @@ def _participants(results: dict[str, Any]) -> str:
             f"    sides: left {sides['A']}, right {sides['B']}, tie {sides['tie']}; {MEANINGS['sides']}",
             _notes("majorities", "fleiss_kappa"),
             *(f"    {line}" for line in undefined),
+            *(
+                f"    {one_line(who)}: {n} of {results['overall']['questions']} questions; counted"
+                for who, n in results["incomplete"].items()
+            ),
         ]
     )
 
@@ -110,16 +117,20 @@ def _agreements(metrics: dict[str, Any]) -> str:
 def _comparison(comparison: dict[str, Any]) -> str:
     joint, mcnemar, independent = (comparison[name] for name in ("joint", "mcnemar_test", "binomial_test"))
     a, b = score_heading(comparison["a"]), score_heading(comparison["b"])
-    lines = [f"{a} against {b}, alternative: {mcnemar['alternative']}"]
+    side = {"greater": "one-sided, greater", "less": "one-sided, less"}.get(mcnemar["alternative"], "two-sided")
+    lines = [
+        f"{a} against {b}",
+        f"  {comparison['questions']} questions are about {comparison['pairs']} pairs of models on an action",
+    ]
     if independent:
         low, high = independent["interval_difference"]
         lines += [
-            f"  {independent['method']}: z = {independent['statistic']:.3f}, p = {independent['p_value']:.5g}",
+            f"  {independent['method']}, {side}: z = {independent['statistic']:.3f}, p = {independent['p_value']:.5g}",
             f"  difference of the rates: {independent['difference']:.3f}, from {low:.3f} to {high:.3f} "
             f"(Newcombe's interval of level {LEVEL:g})",
         ]
     lines += [
-        f"  {mcnemar['method']}: p = {mcnemar['p_value']:.5g}; both are right on {joint['both']} questions, "
+        f"  {mcnemar['method']}, {side}: p = {mcnemar['p_value']:.5g}; both are right on {joint['both']} questions, "
         f"only {a} on {joint['only_a']}, only {b} on {joint['only_b']}, neither on {joint['neither']}; "
         f"{joint['tied']} questions with a tie are left out",
     ]

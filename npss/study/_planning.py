@@ -115,9 +115,10 @@ def sample_size(
     values = _checked(p_a, p_b, alternative, alpha, correction)
     target = fraction("power", power)
     if p_a == p_b or (alternative != "two-sided" and (p_a > p_b) != (alternative == "greater")):
+        wanted = {"greater": "more than", "less": "less than", "two-sided": "another share than"}[alternative]
+        remedy = "" if p_a == p_b else f"; swap the two, or choose the alternative {'two-sided'!r}"
         raise ValueError(
-            f"p_a: {p_a} and p_b = {p_b} do not differ in the direction of the alternative {alternative!r}: "
-            f"no number of trials can show it"
+            f"p_a: expected {wanted} the other share, {p_b}, for the alternative {alternative!r}, got {p_a}{remedy}"
         )
     most = 1
     while _power(*values, most, most) < target:

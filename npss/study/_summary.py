@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -30,17 +31,21 @@ MEANINGS = {
     "attention": "a participant who answers an attention check other than expected fails; the votes are counted unless "
     "excluded on request, the checks never are",
     "fleiss_kappa": "Fleiss 1971 with the categories A, B and tie; 1: full agreement of participants, 0: chance",
-    "share": "the mean of the participants' shares of answers for the first model, without ties; from, to: the shares that "
-    f"the test does not reject, level {LEVEL:g}",
-    "preference_test": "two-sided sign-flip test of the shares against 1/2, with the participant as the unit, for pooled "
-    f"votes err where tastes differ; fewer than {MIN_BLOCKS_OF_TEST} participants give no p-value; corrected: by Holm's "
-    "correction over all pairs",
+    "share": "the mean of the participants' shares of answers for the first model, without ties; from, to: the shares "
+    f"that the test does not reject, level {LEVEL:g}",
+    "preference_test": "two-sided sign-flip test of the shares against 1/2, with the participant as the unit: pooled "
+    f"votes err where tastes differ; fewer than {MIN_BLOCKS_OF_TEST} participants give no p-value; corrected: by "
+    "Holm's correction over all pairs",
     "score": "lower is better, unless the signature says better:higher; euler_error is the sum at 80, 160, 320, 400, "
     "560 and 1000 ms",
     "rank": "scores that are equal up to rounding (1e-9 of them) share a rank, and the next ranks are skipped",
     "rate": f"share of the questions without a tie, with Wilson's interval of level {LEVEL:g}",
     "binomial_test": "treats the metrics' answers as independent samples, as the NPSS paper does; they are not",
-    "mcnemar_test": "the test for two metrics that answer the same questions",
+    "mcnemar_test": "the test for two metrics that answer the same questions, taken as independent; but a metric gives "
+    "all questions about a pair of models on an action one answer, so with few pairs the test errs more often than its "
+    "level",
+    "alternative": "one-sided, greater, is the default, as in the NPSS paper, which expected NPSS to agree more often; "
+    "test two-sided unless you chose a side before you saw the votes",
 }
 
 
@@ -70,8 +75,8 @@ def summary(
     Returns
     -------
     dict
-        ``overall``, ``actions``, ``pairs``; if there are attention checks, ``attention``; with records ``metrics`` and
-        ``comparisons``; ``meanings``.
+        ``overall``, ``actions``, ``incomplete``, ``pairs``; if there are attention checks, ``attention``; with records
+        ``metrics`` and ``comparisons``, and if there are none, ``not_compared``, the reason; ``meanings``.
 
     Raises
     ------
@@ -90,6 +95,7 @@ def summary(
             action: _participants([vote for vote in votes if vote.action == action], _of(action, counts))
             for action in actions
         },
+        "incomplete": _incomplete(votes, len(counts)),
         "pairs": _pairs(counts, preference_tests(votes, level=LEVEL)),
     }
     if checked:
@@ -136,6 +142,12 @@ def _participants(votes: Sequence[Vote], counts: Sequence[Count]) -> dict[str, A
     except ValueError as error:
         results["fleiss_kappa_undefined"] = str(error).removeprefix("counts: ")
     return results
+
+
+def _incomplete(votes: Sequence[Vote], n_questions: int) -> dict[str, int]:
+    """Return the number of questions of each participant who did not answer all."""
+    answered = Counter(vote.participant for vote in votes)
+    return {who: n for who, n in answered.items() if n < n_questions}
 
 
 def _pairs(counts: Sequence[Count], preferences: Sequence[Preference]) -> list[dict[str, Any]]:
@@ -220,14 +232,21 @@ def _metrics(
             "overall": _agreement(counts, ranks),
             "actions": {action: _agreement(_of(action, counts), ranks) for action in models},
         }
-    majorities = [count.majority for count in counts]
-    comparisons = [
-        {"a": name, "b": EULER_ERROR.name}
-        | _comparison(predictions[name], predictions[EULER_ERROR.name], majorities, alternative)
-        for name in names
-        if EULER_ERROR.name in names and name != EULER_ERROR.name
-    ]
-    return {"metrics": metrics, "comparisons": comparisons}
+    if EULER_ERROR.name not in names:
+        missing = "they have no Euler error of the models in the votes, with which other metrics are compared"
+    elif len(names) == 1:
+        missing = "they have no other metric of the models in the votes than the Euler error"
+    else:
+        majorities = [count.majority for count in counts]
+        pairs = {(count.action, frozenset((count.question.model_a, count.question.model_b))) for count in counts}
+        comparisons = [
+            {"a": name, "b": EULER_ERROR.name, "questions": len(counts), "pairs": len(pairs)}
+            | _comparison(predictions[name], predictions[EULER_ERROR.name], majorities, alternative)
+            for name in names
+            if name != EULER_ERROR.name
+        ]
+        return {"metrics": metrics, "comparisons": comparisons}
+    return {"metrics": metrics, "comparisons": [], "not_compared": f"records: {missing}"}
 
 
 def _signature(records: Sequence[Mapping[str, Any]], action: str, metric: str) -> str | None:

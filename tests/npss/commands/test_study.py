@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from command_line import run
+from command_line import run, samples
 from npss import published, study
 from npss.protocol import SLICES_MS
 from studies import HEADER, MODELS
@@ -93,7 +93,8 @@ class TestVotesAlone:
         status, out, err = call(small, "--format", "json")
         assert (status, err) == (0, "")
         told = json.loads(out)
-        assert list(told) == ["overall", "actions", "pairs", "meanings"]
+        assert list(told) == ["overall", "actions", "incomplete", "pairs", "meanings"]
+        assert told["incomplete"] == {}
         assert told["overall"] == told["actions"]["gait"]
         assert told["overall"]["majorities"] == {"A": 1, "B": 2, "tie": 1}
         assert told["pairs"][0] == {
@@ -145,8 +146,10 @@ class TestVotesAlone:
             "fleiss_kappa of gait is not defined: question 1 of gait was answered by 3 participants, "
             "question 4 of gait by 2: kappa needs equal numbers\n"
         ) in out
+        assert "    p3: 3 of 4 questions; counted\n" in out
         _, out, _ = call(fewer, "--format", "json")
         assert json.loads(out)["overall"]["fleiss_kappa"] is None
+        assert json.loads(out)["incomplete"] == {"p3": 3}
 
     def test_a_file_of_each_participant(self, call, small, tmp_path):
         lines = small.read_text(encoding="utf-8").splitlines()[1:]
@@ -253,10 +256,14 @@ class TestScores:
             assert row.split() in rows
             assert f"    {name}: {told['metrics'][metric]['signatures']['walking']}\n" in out
         (comparison,) = told["comparisons"]
-        assert "NPSS released against Euler error, alternative: greater" in out
-        assert f"Yates' correction: z = {comparison['binomial_test']['statistic']:.3f}, p = " in out
-        assert f"McNemar's exact test: p = {comparison['mcnemar_test']['p_value']:.5g}; both are right on" in out
-        for note in ("score", "rank", "rate", "binomial_test", "mcnemar_test"):
+        assert comparison["pairs"] == 60
+        assert "NPSS released against Euler error\n  80 questions are about 60 pairs of models on an action\n" in out
+        assert f"Yates' correction, one-sided, greater: z = {comparison['binomial_test']['statistic']:.3f}, p = " in out
+        assert (
+            "McNemar's exact test, one-sided, greater: "
+            f"p = {comparison['mcnemar_test']['p_value']:.5g}; both are right on" in out
+        )
+        for note in ("score", "rank", "rate", "alternative", "binomial_test", "mcnemar_test"):
             assert f"    {note}: {told['meanings'][note]}" in out
 
     @pytest.mark.parametrize("alternative", ["less", "two-sided"])
@@ -265,6 +272,8 @@ class TestScores:
         (comparison,) = json.loads(out)["comparisons"]
         joint = comparison["joint"]
         expected = study.mcnemar_test(joint["only_a"], joint["only_b"], alternative=alternative)
+        side = {"less": "one-sided, less", "two-sided": "two-sided"}[alternative]
+        assert f"McNemar's exact test, {side}: p =" in call(votes, "--published", "--alternative", alternative)[1]
         assert comparison["mcnemar_test"]["p_value"] == expected.p_value
         assert comparison["binomial_test"]["alternative"] == alternative
 
@@ -283,7 +292,7 @@ class TestScores:
         assert ["NPSS", "released", "all", "1/3", "0.333", "0.061", "0.792", "1", "0"] in rows
         assert ["Euler", "error", "all", "0/0", "-", "-", "-", "1", "3"] in rows
         assert "z test" not in out  # of no questions there is none
-        assert out.count("McNemar's exact test: p = 1; both are right on 0 questions") == 2
+        assert out.count("McNemar's exact test, one-sided, greater: p = 1; both are right on 0 questions") == 2
         _, out, _ = call(small, "--scores", path, "--convention", "paper")
         assert "NPSS released" not in out
 
@@ -303,7 +312,37 @@ class TestScores:
         told = json.loads(call(small, "--scores", path, "--format", "json")[1])
         assert list(told["metrics"]) == ["paper"]
         assert told["comparisons"] == []
-        assert "McNemar" not in call(small, "--scores", path)[1]
+        out = call(small, "--scores", path)[1]
+        assert "McNemar" not in out
+        assert out.endswith(
+            "no comparison of metrics: records: they have no Euler error of the models in the votes, "
+            "with which other metrics are compared\n"
+        )
+        errors = {str(time): 1.0 for time in (80, 160, 320, 400, 560, 1000)}
+        alone = [{"model": model, "action": "gait", "euler_error": errors} for model in ("one", "two", "three")]
+        out = call(small, "--scores", write(path, alone))[1]
+        assert "no comparison of metrics: records: they have no other metric of the models" in out
+
+    def test_samples_of_ones_own(self, call, capsys, tmp_path):
+        """The folder that `npss study page` shows has the scores of `npss score`."""
+        rng = np.random.default_rng(0)
+        folder, truth = tmp_path / "samples", rng.normal(size=(2, 25, 99)) * 0.2
+        folder.mkdir()
+        expected = []
+        for model, noise in (("near", 0.01), ("far", 0.3)):
+            preds = truth + noise * rng.normal(size=truth.shape)
+            path = folder / f"{model}.npz"
+            np.savez(path, **samples((truth, preds), action="gait"))
+            scored = json.loads(run(capsys, "score", path, "--format", "json")[1])
+            expected += [{"model": model, **record} for record in scored]
+        votes = tmp_path / "votes.csv"
+        votes.write_text(f"{HEADER}\ngait,1,0,near,far,p1,A\n", encoding="utf-8")
+        of_folder = call(votes, "--scores", folder, "--format", "json")
+        assert of_folder[0] == 0
+        assert of_folder == call(votes, "--scores", write(tmp_path / "records.json", expected), "--format", "json")
+        told = json.loads(of_folder[1])
+        assert told["metrics"]["paper"]["overall"]["agreed"] == 1
+        assert {comparison["a"] for comparison in told["comparisons"]} == {"paper", "released", "literal"}
 
     def test_records_as_evaluate_prints_them(self, call, tmp_path):
         from npss.predictors import PREDICTORS
@@ -450,7 +489,7 @@ class TestPlan:
 
     def test_errors(self, call):
         for arguments, message in (
-            ((0.6, 0.8), "P_A: 0.6 and p_b = 0.8 do not differ in the direction of the alternative 'greater'"),
+            ((0.6, 0.8), "P_A: expected more than the other share, 0.8, for the alternative 'greater', got 0.6; swap"),
             ((1, 0.8), "P_A: expected a number between 0 and 1, exclusive, got 1.0"),
             ((0.8, 0.6, "--questions", 0), "--questions: expected a positive integer, got 0"),
             ((0.8, 0.6, "--power", 1), "power: expected a number between 0 and 1, exclusive, got 1.0"),

@@ -1,6 +1,7 @@
 """Power and sample size, against statsmodels, the closed form, and simulation."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -68,8 +69,17 @@ def test_without_a_difference_power_is_the_level():
 
 class TestErrors:
     def test_no_size_shows_a_missing_difference(self):
-        for p_a, p_b, alternative in ((0.6, 0.6, "two-sided"), (0.5, 0.6, "greater"), (0.6, 0.5, "less")):
-            with pytest.raises(ValueError, match=f"p_a: {p_a} and p_b = {p_b} do not differ in the direction"):
+        swap = "; swap the two, or choose the alternative 'two-sided'"
+        for p_a, p_b, alternative, wanted, remedy in (
+            (0.6, 0.6, "two-sided", "another share than", ""),
+            (0.6, 0.6, "greater", "more than", ""),
+            (0.5, 0.6, "greater", "more than", swap),
+            (0.6, 0.5, "less", "less than", swap),
+        ):
+            message = (
+                f"p_a: expected {wanted} the other share, {p_b}, for the alternative '{alternative}', got {p_a}{remedy}"
+            )
+            with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
                 study.sample_size(p_a, p_b, alternative=alternative)
 
     def test_no_size_is_astronomical(self):
