@@ -86,18 +86,19 @@ function show(step) {
   const { action, truth, a, b } = question(at);
   const { name, inPlace } = survey.actions[action];
   get("number").textContent = fill(texts.number, { number: at + 1, questions: count });
-  get("action").textContent = inPlace ? `${name}. ${texts.in_place}` : name;
+  get("action").textContent = `${name}. ${inPlace ? texts.in_place : texts.path}`;
   get("who").textContent = fill(texts.who, { participant });
   get("progress").value = Object.keys(answers()).length;
   for (const choice of document.querySelectorAll("input[name=choice]")) {
     choice.checked = answers()[at] === choice.value;
   }
   get("next").textContent = at === count - 1 ? texts.finish : texts.next;
-  player.show([
+  const panels = [
     { label: texts.recording, truth: true, motion: survey.motions[truth] },
     { label: texts.left, truth: false, motion: survey.motions[a] },
     { label: texts.right, truth: false, motion: survey.motions[b] },
-  ]);
+  ];
+  player.show(truth === null ? panels.slice(1) : panels);
   get("number").focus();
 }
 

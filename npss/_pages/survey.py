@@ -24,6 +24,7 @@ from npss.protocol import FPS
 from npss.ranking._submissions import TRUTH, read_submissions
 from npss.skeleton import H36M, Skeleton
 from npss.study import Question, counterbalance, design
+from npss.study._counterbalance import block_size
 from npss.study._design import RIGHT, WRONG
 from npss.study._files import COLUMNS, OPTIONAL
 from npss.validation import Array, Seed, each, is_integer, one_of, positive_integer
@@ -51,6 +52,39 @@ class Part:
     in_place: bool = False
 
 
+@dataclass(frozen=True, kw_only=True)
+class Survey:
+    """A survey on one page, and what to know before giving it to participants.
+
+    Attributes
+    ----------
+    page : str
+        The page as HTML, as from `survey_page`.
+    n_questions : int
+        The number of questions for each participant, attention checks included.
+    block : int
+        The number of participants over which order and sides are balanced.
+    in_place : dict of str to str
+        By action, why the figures stay in place; empty if they travel.
+    """
+
+    page: str
+    n_questions: int
+    block: int
+    in_place: dict[str, str]
+
+    def __str__(self) -> str:
+        """Describe the survey in a few lines."""
+        lines = [
+            f"{self.n_questions} questions for each participant",
+            f"{self.block} participants are a block, balanced in order and sides: give the numbers 1 to {self.block}, "
+            f"or to {2 * self.block}, ...",
+        ]
+        for action, why in self.in_place.items():
+            lines.append(f"{action}: the figures {f'stay in place: {why}' if why else 'travel'}")
+        return "\n".join(lines)
+
+
 def survey(
     directory: Path,
     *,
@@ -59,11 +93,12 @@ def survey(
     actions: Sequence[str] | None = None,
     attention_checks: int = 0,
     ties: bool = False,
+    recording: bool = True,
     texts: Texts | None = None,
     root: Root = "known",
     root_steps: int = 1,
     max_size: float = MAX_SIZE,
-) -> str:
+) -> Survey:
     """Make a survey on the predictions of several models.
 
     Parameters
@@ -79,7 +114,7 @@ def survey(
         The actions; may be left out if all files have the same.
     attention_checks : int, optional
         The number of attention checks among the questions on each action.
-    ties, texts
+    ties, recording, texts
         As for `survey_page`.
     root : {'known', 'fixed'}, optional
         Whether the figures travel where the motion of the root is known, or stay in place: see `positions`.
@@ -91,8 +126,8 @@ def survey(
 
     Returns
     -------
-    str
-        The page, as from `survey_page`.
+    Survey
+        The page, and its numbers.
 
     Raises
     ------
@@ -105,16 +140,24 @@ def survey(
     submissions = read_submissions([directory], max_size=max_size)
     if len(submissions) < 2:
         raise ValueError(f"{directory}: a survey needs two or more models; files of samples in it: {len(submissions)}")
-    parts = {}
+    parts, in_place = {}, {}
     rng = np.random.default_rng(seed)
     for action in _actions(directory, submissions, actions):
         pairs = {model: of_model[action] for model, of_model in submissions.items()}
         seen = shown(action, pairs, root=root, steps=steps)
         truth = seen.motions.pop(TRUTH)
         questions = design(list(pairs), range(len(truth)), n_questions, seed=rng, attention_checks=attention_checks)
-        parts[action] = Part(truth, seen.motions, questions, in_place=not seen.travel)
+        parts[action] = Part(truth, seen.motions, questions, in_place=bool(seen.in_place))
+        in_place[action] = seen.in_place
     # All actions of a file have the same skeleton and rate.
-    return survey_page(parts, seed=rng, ties=ties, texts=texts, fps=seen.fps, skeleton=seen.skeleton)
+    look: dict[str, Any] = {"texts": texts, "fps": seen.fps, "skeleton": seen.skeleton}
+    surveys = {action: part.questions for action, part in parts.items()}
+    return Survey(
+        page=survey_page(parts, seed=rng, ties=ties, recording=recording, **look),
+        n_questions=sum(map(len, surveys.values())),
+        block=block_size(surveys),
+        in_place=in_place,
+    )
 
 
 def survey_page(
@@ -122,6 +165,7 @@ def survey_page(
     *,
     seed: Seed,
     ties: bool = False,
+    recording: bool = True,
     texts: Texts | None = None,
     fps: float = FPS,
     skeleton: Skeleton = H36M,
@@ -139,6 +183,9 @@ def survey_page(
         The seed of the orders and sides.
     ties : bool, optional
         Whether participants may have no preference.
+    recording : bool, optional
+        Whether the ground truth is beside A and B, and the question is which is closer to it. Without, it is which is
+        more natural: the texts whose names end in ``_alone``.
     texts : Texts, optional
         The texts of the page (default: the English ones).
     fps : float, optional
@@ -160,8 +207,9 @@ def survey_page(
         has an unknown model, the same model twice, or an unknown sequence.
     """
     words = english() if texts is None else texts
+    words = words if recording else words.alone()
     packed: list[str] = []
-    asked: list[dict[str, int]] = []
+    asked: list[dict[str, int | None]] = []
     hidden: list[tuple[str, str, str | None]] = []
     # The place of each question in `asked`, doubled, and one more if its sides are swapped.
     codes: dict[tuple[str, Question], int] = {}
@@ -174,7 +222,7 @@ def survey_page(
                     "action": number,
                     "number": int(question.number),
                     "sequence": int(question.sequence),
-                    "truth": place(RIGHT, question),
+                    "truth": place(RIGHT, question) if recording else None,
                     "a": place(question.model_a, question),
                     "b": place(question.model_b, question),
                 }

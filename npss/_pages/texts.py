@@ -15,6 +15,7 @@ from npss.files._text import read_text
 
 #: Texts that are not sentences: what they may be.
 _FORMS = {"language": r"[A-Za-z]{2,8}(-[A-Za-z0-9]{1,8})*", "direction": "ltr|rtl"}
+_ALONE = "_alone"
 _MAY_BE_EMPTY = "about"
 _WORD = re.compile(r"\{(\w+)\}")
 
@@ -37,8 +38,13 @@ class Texts:
 
     def action(self, action: str) -> str:
         """Return the name of an action to show."""
-        name: str = self._texts["actions"].get(action, action)
-        return name
+        name: str = self._texts["actions"].get(action, action.replace("_", " "))
+        return name[:1].upper() + name[1:]
+
+    def alone(self) -> Texts:
+        """Return the texts of a survey that does not show the recording."""
+        others = {name.removesuffix(_ALONE): text for name, text in self._texts.items() if name.endswith(_ALONE)}
+        return Texts({**self._texts, **others})
 
     def fill(self, name: str, /, **words: object) -> str:
         """Return a text with its words in braces filled in."""
@@ -94,7 +100,7 @@ def read_texts(path: Path) -> Texts:
         raise ValueError(
             f"{path}: texts in another language, {language}, must be complete; missing: {', '.join(missing)}"
         )
-    return Texts({**usual, **given})
+    return Texts({**usual, **given, "actions": {**usual["actions"], **given.get("actions", {})}})
 
 
 def _read(path: Path) -> Any:

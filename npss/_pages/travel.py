@@ -27,8 +27,8 @@ class Shown(NamedTuple):
     ----------
     motions : dict of str to (N, T, J, 3) ndarray
         Positions of the ground truth and of each model, in millimetres.
-    travel : bool
-        Whether the figures travel.
+    in_place : str
+        Why the figures stay in place; empty if they travel.
     skeleton : Skeleton
         The joints and bones.
     fps : float
@@ -36,7 +36,7 @@ class Shown(NamedTuple):
     """
 
     motions: dict[str, Array]
-    travel: bool
+    in_place: str
     skeleton: Skeleton
     fps: float
 
@@ -80,14 +80,23 @@ def shown(action: str, pairs: Mapping[str, Pair], *, root: Root, steps: int) -> 
             places[name] = meta.positions(motions[name])
     skeleton = first.meta.skeleton(places[TRUTH])
     hips = [skeleton.parents.index(-1)]
-    travel = root == "known" and all(np.ptp(of_one[:, :, hips], axis=1).any() for of_one in places.values())
-    if not travel:
+    moves = {name: bool(np.ptp(of_one[:, :, hips], axis=1).any()) for name, of_one in places.items()}
+    in_place = _why_in_place(moves, root)
+    if in_place:
         places = {name: of_one - of_one[:, :, hips] * [1, 0, 1] for name, of_one in places.items()}
-    return Shown(places, travel, skeleton, first.meta.fps or FPS)
+    return Shown(places, in_place, skeleton, first.meta.fps or FPS)
 
 
-def positions(action: str, poses: Mapping[str, Array], *, root: Root, steps: int) -> tuple[dict[str, Array], bool]:
-    """Return the positions of poses, and whether they travel.
+def _why_in_place(moves: Mapping[str, bool], root: Root) -> str:
+    """Return why figures stay in place of which these roots move; nothing if all travel."""
+    if root == "fixed":
+        return "fixed on request"
+    still = [repr(name) for name, of_one in moves.items() if not of_one]
+    return f"the root does not move in {', '.join(still)}" if still else ""
+
+
+def positions(action: str, poses: Mapping[str, Array], *, root: Root, steps: int) -> tuple[dict[str, Array], str]:
+    """Return the positions of poses, and why they stay in place, if they do not travel.
 
     The motion of the root is known if it is not zero throughout in the ground truth and in every prediction, and the
     recorded persons stay upright. Since poses do not tell how far the root is tilted in the first frame, all figures of
@@ -106,10 +115,11 @@ def positions(action: str, poses: Mapping[str, Array], *, root: Root, steps: int
 
     Returns
     -------
-    (dict of str to (N, T, 32, 3) ndarray, bool)
-        Positions in millimetres, and whether they travel.
+    (dict of str to (N, T, 32, 3) ndarray, str)
+        Positions in millimetres, and why they stay in place; empty if they travel.
     """
-    if root == "known" and all(of_one[..., _ROOT].any() for of_one in poses.values()):
+    in_place = _why_in_place({name: bool(of_one[..., _ROOT].any()) for name, of_one in poses.items()}, root)
+    if not in_place:
         travelled = {}
         for name, of_one in poses.items():
             scaled = of_one.copy()
@@ -119,12 +129,13 @@ def positions(action: str, poses: Mapping[str, Array], *, root: Root, steps: int
         if _upright(travelled[TRUTH]):
             level = np.stack([_levelling(sequence) for sequence in travelled[TRUTH]])
             turned = {name: np.einsum("nij,ntkj->ntki", level, of_one) for name, of_one in travelled.items()}
-            return turned, True
+            return turned, ""
+        in_place = "the recorded person turns over"
     placed = {}
     for name, of_one in poses.items():
         with naming(name, action):
             placed[name] = poses_to_positions(of_one)
-    return placed, False
+    return placed, in_place
 
 
 def _upright(truth: Array) -> bool:

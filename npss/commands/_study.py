@@ -143,6 +143,11 @@ def _add_page(subcommands: Any) -> None:
     )
     parser.add_argument("--ties", action="store_true", help="also offer the answer that there is no preference")
     parser.add_argument(
+        "--no-recording",
+        action="store_true",
+        help="show A and B without the recording, and ask which is more natural, instead of which is closer to it",
+    )
+    parser.add_argument(
         "--texts",
         type=Path,
         metavar="FILE",
@@ -229,21 +234,23 @@ def _plan(options: argparse.Namespace) -> None:
 
 
 def _page(options: argparse.Namespace) -> None:
-    """Write the page of a survey."""
+    """Write the page of a survey, and print what to know before giving it to participants."""
     check_output(options.output, [*sample_files([options.directory]), *([options.texts] if options.texts else [])])
-    text = survey(
+    made = survey(
         options.directory,
         n_questions=options.n_questions,
         seed=options.seed,
         actions=options.actions,
         attention_checks=options.attention_checks,
         ties=options.ties,
+        recording=not options.no_recording,
         texts=read_texts(options.texts) if options.texts else None,
         root=options.root,
         root_steps=options.root_steps,
         max_size=options.max_size,
     )
-    write_text_atomically(options.output, text)
+    write_text_atomically(options.output, made.page)
+    print(made)
 
 
 def _texts(options: argparse.Namespace) -> None:

@@ -73,7 +73,7 @@ def counterbalance(surveys: Mapping[str, Sequence[Question]], *, seed: Seed) -> 
     orders = {action: _orders(len(questions), rng) for action, questions in surveys.items()}
     of_actions = _orders(len(actions), rng)
     block = []
-    for pair in range(math.lcm(len(of_actions), *map(len, orders.values()))):
+    for pair in range(block_size(surveys) // 2):
         first = []
         for action in (actions[i] for i in of_actions[pair % len(of_actions)]):
             questions, order = surveys[action], orders[action][pair % len(orders[action])]
@@ -81,6 +81,11 @@ def counterbalance(surveys: Mapping[str, Sequence[Question]], *, seed: Seed) -> 
             first += [(action, questions[i].mirrored() if i in swapped else questions[i]) for i in order]
         block += [first, [(action, question.mirrored()) for action, question in reversed(first)]]
     return block
+
+
+def block_size(surveys: Mapping[str, Sequence[Question]]) -> int:
+    """Return the number of participants in a block."""
+    return math.lcm(*(n if n % 2 == 0 else 2 * n for n in (len(surveys), *map(len, surveys.values()))))
 
 
 def _orders(n: int, rng: np.random.Generator) -> list[list[int]]:

@@ -519,10 +519,13 @@ class TestPage:
         from npss._pages import survey
 
         path = samples / "survey.html"
-        assert call("page", samples, "-o", path) == (0, "", "")
-        assert path.read_text(encoding="utf-8") == survey(samples, n_questions=20, seed=0)
-        assert call("page", samples, "-o", path, "--questions", 3, "--seed", 7, "--action", "walking") == (0, "", "")
-        assert path.read_text(encoding="utf-8") == survey(samples, n_questions=3, seed=7, actions=["walking"])
+        made = survey(samples, n_questions=20, seed=0)
+        assert call("page", samples, "-o", path) == (0, f"{made}\n", "")
+        assert path.read_text(encoding="utf-8") == made.page
+        made = survey(samples, n_questions=3, seed=7, actions=["walking"])
+        told = call("page", samples, "-o", path, "--questions", 3, "--seed", 7, "--action", "walking")
+        assert told == (0, f"{made}\n", "")
+        assert path.read_text(encoding="utf-8") == made.page
 
     def test_options(self, call, samples):
         from npss._pages import survey
@@ -531,9 +534,11 @@ class TestPage:
         path, texts = samples / "survey.html", samples / "texts.json"
         texts.write_text('{"title": "Which?"}', encoding="utf-8")
         options = ["--ties", "--attention-checks", 2, "--root", "fixed", "--root-steps", 2, "--texts", texts]
-        assert call("page", samples, "-o", path, *options) == (0, "", "")
+        options.append("--no-recording")
+        assert call("page", samples, "-o", path, *options)[0] == 0
         made = {"ties": True, "attention_checks": 2, "root": "fixed", "root_steps": 2, "texts": read_texts(texts)}
-        assert path.read_text(encoding="utf-8") == survey(samples, n_questions=20, seed=0, **made)
+        made["recording"] = False
+        assert path.read_text(encoding="utf-8") == survey(samples, n_questions=20, seed=0, **made).page
 
     def test_errors(self, call, samples):
         for options, message in (
@@ -558,8 +563,9 @@ class TestPage:
         assert (status, err) == (0, "")
         texts = samples / "texts.toml"
         texts.write_text(out, encoding="utf-8")
-        assert call("page", samples, "-o", samples / "survey.html", "--texts", texts) == (0, "", "")
-        assert (samples / "survey.html").read_text(encoding="utf-8") == survey(samples, n_questions=20, seed=0)
+        made = survey(samples, n_questions=20, seed=0)
+        assert call("page", samples, "-o", samples / "survey.html", "--texts", texts) == (0, f"{made}\n", "")
+        assert (samples / "survey.html").read_text(encoding="utf-8") == made.page
 
     def test_a_page_that_cannot_be_written_costs_none(self, call, samples):
         status, _, err = call("page", samples, "-o", samples / "no" / "survey.html")

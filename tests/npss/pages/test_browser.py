@@ -698,7 +698,8 @@ class TestFourActions:
             get(browser, "#next").click()
         shown |= set(browser.execute_script(script))
         shown = {text.strip() for text in shown if text}
-        assert {"Gehen", "Bewegte Figur: Echte Aufnahme", "40 von 1000 ms", "Beantwortete Fragen"} <= shown
+        way = "Gehen. Die graue Linie auf dem Boden ist der bisherige Weg."
+        assert {way, "Bewegte Figur: Echte Aufnahme", "40 von 1000 ms", "Beantwortete Fragen"} <= shown
         for text in english.values():
             if isinstance(text, str) and text not in ("", "en", "ltr", *same):
                 parts = [part for part in re.split(r"\{\w+\}|\n", text) if len(part.strip()) > 3]
@@ -713,7 +714,10 @@ class TestFourActions:
             if "Essen" in where:
                 assert where == "Essen. Die Figuren bleiben am Platz, ob der Mensch umherging oder nicht."
             else:
-                assert where in ("Gehen", "Rauchen", "Diskutieren")
+                assert where in [
+                    f"{action}. Die graue Linie auf dem Boden ist der bisherige Weg."
+                    for action in ("Gehen", "Rauchen", "Diskutieren")
+                ]
             browser.execute_script("document.querySelector('input[value=A]').click()")
             get(browser, "#next").click()
 
@@ -764,6 +768,25 @@ class TestFourActions:
             out = capsys.readouterr().out
             assert f"    3: {4 - wrong} of 4 right; left out" in out
             assert ["all", "12", "2", "24"] in [line.split()[:4] for line in out.splitlines()]
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (390, 664)])
+def test_a_survey_without_the_recording(open_page, pages, tmp_path, size):
+    part = Part(walks(0), {m: walks(i + 1) for i, m in enumerate(MODELS)}, QUESTIONS)
+    page = tmp_path / "survey.html"
+    page.write_text(survey_page({"walking": part}, seed=0, recording=False), encoding="utf-8")
+    pages["alone"] = page.as_uri()
+    browser = open_page("alone", width=size[0], height=size[1])
+    start(browser)
+    assert get(browser, "legend").text == "Which is more natural?"
+    assert [caption.text for caption in every(browser, "figcaption")] == ["A", "B"]
+    left, right = (figure.rect for figure in every(browser, "figure"))
+    assert left["width"] == pytest.approx(right["width"], abs=1)
+    assert left["width"] > 0.35 * size[0]
+    assert len(set(pictures(browser))) == 2
+    assert browser.execute_script(f"return ({OUT_OF_SIGHT})()") == []
+    answer_all(browser)
+    assert len(study.read_votes(saved(browser, tmp_path))) == 3
 
 
 def test_a_survey_from_right_to_left(open_page, pages, tmp_path):

@@ -37,7 +37,7 @@ def ready(browser):
 def test_a_survey(browser, tmp_path):
     write_samples(tmp_path)
     page = tmp_path / "survey.html"
-    page.write_text(survey(tmp_path, n_questions=1, seed=0, ties=True), encoding="utf-8")
+    page.write_text(survey(tmp_path, n_questions=1, seed=0, ties=True).page, encoding="utf-8")
     browser.open(page.as_uri(), 390, 844)
     ready(browser)
     assert browser.run(OUT_OF_SIGHT) == []

@@ -349,9 +349,9 @@ def folder(tmp_path):
 
 
 def test_a_survey_of_a_folder(folder):
-    data = Page(survey(folder, n_questions=7, seed=3, root="fixed")).data
+    data = Page(survey(folder, n_questions=7, seed=3, root="fixed").page).data
     key = json.loads(base64.b64decode(data["key"]))
-    assert data["actions"] == [{"action": "walking", "name": "walking", "inPlace": True}]
+    assert data["actions"] == [{"action": "walking", "name": "Walking", "inPlace": True}]
     # The same questions as drawn here.
     names = ["model.v2", "other", "zero"]
     expected = study.design(names, range(3), 7, seed=3)
@@ -368,6 +368,33 @@ def test_a_survey_of_a_folder(folder):
             require_motion(data["motions"][kept[place]], data["figure"], motion)
     assert survey(folder, n_questions=7, seed=3, actions=["walking"]) == survey(folder, n_questions=7, seed=3)
     assert survey(folder, n_questions=7, seed=3) != survey(folder, n_questions=7, seed=4)
+
+
+def test_what_to_know_about_a_survey(folder):
+    made = survey(folder, n_questions=7, seed=3, attention_checks=1)
+    data = Page(made.page).data
+    assert made.n_questions == len(data["questions"]) == 8
+    assert made.block == len(data["orders"]) == 8
+    assert str(made) == (
+        "8 questions for each participant\n"
+        "8 participants are a block, balanced in order and sides: give the numbers 1 to 8, or to 16, ...\n"
+        "walking: the figures travel"
+    )
+    fixed = survey(folder, n_questions=7, seed=3, root="fixed")
+    assert (fixed.block, fixed.in_place) == (14, {"walking": "fixed on request"})
+    assert str(fixed).endswith("\nwalking: the figures stay in place: fixed on request")
+
+
+def test_a_survey_without_the_recording():
+    check = study.Question(4, 1, "ground truth, upside down", "ground truth", "B")
+    html = make_survey([*questions(), check], recording=False)
+    data = Page(html).data
+    assert all(question["truth"] is None for question in data["questions"])
+    assert len(data["motions"]) == 6  # four of models, and two of the check
+    text = Page(html).text
+    assert text.count("more natural") == 4  # the title twice
+    assert "recording" not in text.lower()
+    assert "Which is closer to the real recording?" in Page(make_survey()).text
 
 
 def test_a_folder_with_too_few_files(folder):
@@ -397,7 +424,7 @@ def test_several_actions(tmp_path):
         np.savez(tmp_path / f"{name}.npz", **poses)
 
     def actions_of(**options):
-        data = Page(survey(tmp_path, n_questions=2, seed=0, attention_checks=1, **options)).data
+        data = Page(survey(tmp_path, n_questions=2, seed=0, attention_checks=1, **options).page).data
         assert len(data["questions"]) == 3 * len(data["actions"]) == len(data["orders"][0])
         return [action["action"] for action in data["actions"]]
 
@@ -448,7 +475,7 @@ class TestAnyMotion:
 
     def motions(self, folder, **options):
         """Return the page, and the motions of the first question's recording and A, by its sequence and model."""
-        page = Page(survey(folder, n_questions=1, seed=0, **options))
+        page = Page(survey(folder, n_questions=1, seed=0, **options).page)
         (question,) = page.data["questions"]
         ((model, _, _),) = json.loads(base64.b64decode(page.data["key"]))
         shown = [unpack(page.data["motions"][question[place]], 4) for place in ("truth", "a")]
@@ -459,7 +486,7 @@ class TestAnyMotion:
         data, sequence, model, shown = self.motions(tmp_path)
         assert data["figure"]["fps"] == 30
         assert data["figure"]["bones"] == [[1, 0, "centre"], [2, 1, "centre"], [3, 0, "centre"]]
-        assert data["actions"] == [{"action": "all", "name": "all", "inPlace": False}]
+        assert data["actions"] == [{"action": "all", "name": "All", "inPlace": False}]
         for motion, kept in zip(of_models[model], shown, strict=True):
             # z up is y up; the root begins at the origin of the floor.
             expected = motion[sequence][..., [1, 2, 0]] * 1000
@@ -500,7 +527,7 @@ def test_a_survey_of_real_predictions(samples_root, tmp_path):
     (tmp_path / path.name).write_bytes(path.read_bytes())
     real = read_poses(path)[0]
     save(tmp_path / "zero-velocity.npz", np.repeat(real.gt[:, :1], 100, axis=1), gt=real.gt)
-    html = survey(tmp_path, n_questions=8, seed=0, root="fixed")
+    html = survey(tmp_path, n_questions=8, seed=0, root="fixed").page
     data = Page(html).data
     assert len(html) < 26_000 * len(data["motions"]) + 60_000
     for kept in data["questions"]:

@@ -28,7 +28,7 @@ def test_the_usual_texts_are_a_file_of_texts(tmp_path):
 def test_every_text_is_used():
     """By the page or by its scripts."""
     code = "".join(resource(name) for name in ("survey.html", "survey.js", "player.js"))
-    for name in set(USUAL) - {"actions", "language", "direction", "about"}:
+    for name in {name.removesuffix("_alone") for name in USUAL} - {"actions", "language", "direction", "about"}:
         assert any(form in code for form in (f"${name}", f"texts.{name}", f"words.{name}")), name
 
 
@@ -37,7 +37,10 @@ def test_a_file_in_english_may_hold_a_few(tmp_path):
     texts = read_texts(path)
     assert texts["title"] == "Which?"
     assert texts["start"] == "Start"
-    assert (texts.action("walking"), texts.action("eating")) == ("A walk", "eating")
+    assert (texts.action("walking"), texts.action("eating")) == ("A walk", "Eating")
+    assert (texts.action("sittingdown"), texts.action("my_action")) == ("Sitting down", "My action")
+    alone = texts.alone()
+    assert (alone["title"], alone["question"]) == ("Which motion is more natural?", "Which is more natural?")
 
 
 @pytest.mark.skipif(not GERMAN.exists(), reason="the documentation is not beside the tests")

@@ -26,8 +26,8 @@ def fixed(poses):
 
 
 def test_known_motion_is_shown():
-    travelled, travel = shown()
-    assert travel
+    travelled, in_place = shown()
+    assert in_place == ""
     for name, poses in (("ground truth", walks(0)), ("model", walks(1))):
         path = poses_to_positions(poses, root="path")
         # Turned as a whole: distances, of joints and of frames, stay.
@@ -48,24 +48,25 @@ def test_steps_multiply_it():
 def test_where_one_does_not_know_it_all_stay_in_place(unknown):
     poses = walks(2)
     poses[..., :6] = 0
-    placed, travel = shown(**{unknown: poses})
-    assert not travel
+    placed, in_place = shown(**{unknown: poses})
+    assert in_place == f"the root does not move in {unknown!r}"
     for name, of_one in {"ground truth": walks(0), "model": walks(1), unknown: poses}.items():
         np.testing.assert_array_equal(placed[name], fixed(of_one))
 
 
 def test_fixed_on_request():
-    placed, travel = shown(root="fixed")
-    assert not travel
+    placed, in_place = shown(root="fixed")
+    assert in_place == "fixed on request"
     np.testing.assert_array_equal(placed["model"], fixed(walks(1)))
 
 
 def test_a_recording_that_turns_over_is_not_believed():
     turning = walks(0, frames=100)
     turning[..., 3] = 0.05  # radians in each frame, about an axis through the hips: once around and more
-    assert not positions("walking", {"ground truth": turning, "model": turning}, root="known", steps=1)[1]
+    in_place = positions("walking", {"ground truth": turning, "model": turning}, root="known", steps=1)[1]
+    assert in_place == "the recorded person turns over"
     upright = walks(0, frames=100)
-    assert positions("walking", {"ground truth": upright, "model": turning}, root="known", steps=1)[1]
+    assert not positions("walking", {"ground truth": upright, "model": turning}, root="known", steps=1)[1]
 
 
 def test_the_floor_is_level():
