@@ -35,8 +35,8 @@ Plan a user study, build its survey, and evaluate its votes.
   npss study VOTES [VOTES ...]    results of the votes; short for npss study evaluate VOTES
 """
 _EVALUATE = """\
-Count votes by model, and measure the agreement of participants. With scores, also report how often each metric agrees
-with the majority, and test NPSS against the Euler error.
+Count votes by model, test which model of each pair participants prefer, and measure how much they agree. With scores,
+also report how often each metric agrees with the majority, and test NPSS against the Euler error.
 
 VOTES are CSV files with the columns action, question, sequence, model_a, model_b, participant, choice (A, B or tie):
 one file for all participants, one file each, or a folder of them. The pages of `npss study page` add the columns
@@ -47,8 +47,8 @@ Build a survey on one HTML page, which needs no network and sends nothing. Each 
 By it, the page chooses the order of actions and questions and their sides, balanced over participants.
 """
 _PLAN = """\
-Compute how many questions a study needs, or the power of a number of questions, for the two-proportion z test. The
-test treats the answers of the two metrics as independent samples.
+Compute how many questions a study needs to tell apart two metrics (not two models), or the power of a number of
+questions, for the two-proportion z test. The test treats the answers of the two metrics as independent samples.
 """
 
 

@@ -64,6 +64,12 @@ def mcnemar_test(only_a: int, only_b: int, *, alternative: Alternative = "greate
     TypeError, ValueError
         If a count is not a whole number from 0 on, or the alternative is not one of its values.
 
+    Notes
+    -----
+    The test takes the questions as independent. A metric gives all questions about a pair of models on an action one
+    answer, so with few pairs the test errs more often than its level: one-sided at .05, it finds one of two equally
+    good metrics better in 10 % of simulated studies of six models on four actions, and in 12 % of four models on one.
+
     See Also
     --------
     joint_agreement : count the questions.

@@ -582,8 +582,8 @@ def programs():
 
 
 @pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
-def test_the_page_has_four_programs_and_all_show_what_they_print():
-    assert len(programs()) == PAGE.read_text(encoding="utf-8").count("```python") == 4
+def test_the_page_has_six_programs_and_all_show_what_they_print():
+    assert len(programs()) == PAGE.read_text(encoding="utf-8").count("```python") == 6
 
 
 @pytest.mark.parametrize(("program", "printed"), programs())

@@ -698,7 +698,7 @@ class TestFourActions:
             get(browser, "#next").click()
         shown |= set(browser.execute_script(script))
         shown = {text.strip() for text in shown if text}
-        way = "Gehen. Die graue Linie auf dem Boden ist der bisherige Weg."
+        way = "Gehen. Die dicke Linie auf dem Boden ist der bisherige Weg."
         assert {way, "Bewegte Figur: Echte Aufnahme", "40 von 1000 ms", "Beantwortete Fragen"} <= shown
         for text in english.values():
             if isinstance(text, str) and text not in ("", "en", "ltr", *same):
@@ -715,7 +715,7 @@ class TestFourActions:
                 assert where == "Essen. Die Figuren bleiben am Platz, ob der Mensch umherging oder nicht."
             else:
                 assert where in [
-                    f"{action}. Die graue Linie auf dem Boden ist der bisherige Weg."
+                    f"{action}. Die dicke Linie auf dem Boden ist der bisherige Weg."
                     for action in ("Gehen", "Rauchen", "Diskutieren")
                 ]
             browser.execute_script("document.querySelector('input[value=A]').click()")
