@@ -22,6 +22,8 @@ from npss_baselines.manifold.restorers.fill import Fill, columns_of
 from npss_baselines.manifold.restorers.keys import Keys
 from npss_baselines.manifold.restorers.restorer import with_bones
 
+#: Raise it whenever the same networks and Gaussians restore differently: files of other versions are refused.
+VERSION = 2
 #: Frames in which nothing is known are a gap if they are more than this in a row.
 GAP = 3
 #: A joint is missing for long if it is in no frame of more than this many: the Gaussian of 12 frames sees known values
@@ -66,12 +68,12 @@ class ByCase:
 
     @property
     def signature(self) -> str:
-        """The identity of all networks and Gaussians, to the bit."""
+        """The version, and the identity of all networks and Gaussians, to the bit."""
         arrays: list[Array] = [self.fill.pose.mean, self.fill.pose.covariance]
         for case in (self.fill, self.keys, self.camera):
             for net in case.nets:
                 arrays += [*net.weights, *net.biases]
-        return f"restorer-{digest_of(*arrays)}-{self.gaussian.signature}"
+        return f"restorer-{VERSION}-{digest_of(*arrays)}-{self.gaussian.signature}"
 
     def restore(self, left: Corrupted) -> Float64:
         """Restore motion; see `Restorer`."""

@@ -15,7 +15,7 @@ from npss.validation import Array
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.model.gaussian import SpanGaussian
 from npss_baselines.manifold.motion.scaling import Scaling
-from npss_baselines.manifold.restorers.by_case import ByCase
+from npss_baselines.manifold.restorers.by_case import VERSION, ByCase
 from npss_baselines.manifold.restorers.camera import Camera
 from npss_baselines.manifold.restorers.fill import Fill
 from npss_baselines.manifold.restorers.interpolation import Interpolation
@@ -25,8 +25,6 @@ from npss_baselines.manifold.restorers.restorer import Restorer
 
 __all__ = ["default", "load", "save"]
 
-#: Raise it whenever a file of the same arrays restores differently: files of other versions are refused.
-VERSION = 1
 #: The file in the package, if it ships one.
 SHIPPED = Path(__file__).with_name("restorer.npz")
 _CASES = ("fill", "keys", "camera")
