@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-import zipfile
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from npss.files import write_stream_atomically
 from npss.validation import Array, Float64, Seed, check_finite, generator, positive_integer, real_array
 
-__all__ = ["Prior", "fit_prior", "load_prior"]
+__all__ = ["Prior", "fit_prior"]
 
 #: Nearest codes that shape the Gaussian around a code, and numbers that describe a code.
 NEIGHBOURS, COMPONENTS = 4, 256
-_VERSION = 1
 _ARRAYS = ("mean", "components", "places")
 
 
@@ -82,12 +78,6 @@ class Prior:
         codes: Float64 = self.mean + np.tensordot(places, self.components.astype(np.float64), 1)
         return codes
 
-    def save(self, path: Path) -> None:
-        """Write the prior to an ``.npz`` file, atomically; `load_prior` reads it."""
-        arrays = {name: getattr(self, name) for name in _ARRAYS}
-        header = np.array([_VERSION, self.neighbours])
-        write_stream_atomically(path, lambda stream: np.savez(stream, header=header, **arrays))
-
     @cached_property
     def _nearest(self) -> npt.NDArray[np.intp]:
         """The indices ``(N, neighbours + 1)`` of each code and its nearest ones."""
@@ -147,39 +137,3 @@ def fit_prior(codes: npt.ArrayLike, *, neighbours: int = NEIGHBOURS, components:
     places = rows @ axes.T
     mean, axes = mean.reshape(real.shape[1:]), axes.reshape(-1, *real.shape[1:])
     return Prior(mean.astype(np.float32), axes.astype(np.float32), places.astype(np.float32), neighbours)
-
-
-def load_prior(path: Path) -> Prior:
-    """Read a prior from a file that `Prior.save` wrote.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    Prior
-        The prior.
-
-    Raises
-    ------
-    FileNotFoundError
-        If the file does not exist.
-    ValueError
-        If it is not such a file, of another version, or broken. The message names it.
-    """
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            version, neighbours = (int(number) for number in file["header"])
-            mean, axes, places = arrays = [file[name] for name in _ARRAYS]
-        if version != _VERSION:
-            raise ValueError(f"version {version}, not {_VERSION}")
-        fits = mean.ndim == 2 and axes.shape[1:] == mean.shape and places.shape[1:] == axes.shape[:1]
-        if not fits or any(each.dtype != np.float32 for each in arrays) or not 0 < neighbours < len(places):
-            raise ValueError(f"shapes {', '.join(str(each.shape) for each in arrays)} and {neighbours} neighbours")
-        if not all(np.isfinite(each).all() for each in arrays):
-            raise ValueError("numbers must be finite")
-    except (ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise ValueError(f"{path}: not a valid prior: {error}") from error
-    return Prior(mean, axes, places, neighbours)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from npss.skeleton import Skeleton
 from npss.validation import Float64
 from npss_baselines.data.motion import JOINTS
 from npss_baselines.manifold.applications.corrupt import Corrupted
 from npss_baselines.manifold.applications.simple import interpolated
+from npss_baselines.manifold.motion.smooth import smoothed
 from npss_baselines.manifold.restorers.restorer import with_bones
 
 #: The filter's standard deviation in frames: on validation subjects, the best of 1, 1.5, 2, 2.5 and 3 for `kinect`.
@@ -21,7 +20,7 @@ WIDTH = 1.5
 class Smoothing:
     """Linear interpolation, then a Gaussian filter of each feature in time, as a `Restorer`.
 
-    Motion is mirrored at its ends. Known values without noise stay as they are.
+    Known values without noise stay as they are.
 
     Attributes
     ----------
@@ -32,6 +31,7 @@ class Smoothing:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from npss_baselines.manifold.motion.prepared import motion_set
     >>> from npss_baselines.manifold.applications.corrupt import kinect
     >>> walks = motion_set(quick=True).windows[:1]
@@ -50,10 +50,4 @@ class Smoothing:
 
     def restore(self, left: Corrupted) -> Float64:
         """Restore motion; see `Restorer`."""
-        around = min(int(np.ceil(4 * self.width)), left.features.shape[1] - 1)
-        offsets = np.arange(-around, around + 1)
-        weights = np.exp(-0.5 * (offsets / self.width) ** 2)
-        motion = np.pad(interpolated(left), ((0, 0), (around, around), (0, 0)), mode="reflect")
-        seen = np.lib.stride_tricks.sliding_window_view(motion, 2 * around + 1, axis=1)  # (n, T, F, 2 around + 1)
-        smooth = np.where(left.exact, left.features, seen @ (weights / weights.sum()))
-        return with_bones(smooth, left, self.skeleton)
+        return with_bones(smoothed(interpolated(left), deviation=self.width), left, self.skeleton)
