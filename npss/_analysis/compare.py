@@ -25,7 +25,8 @@ from npss._metric.parts import Parts
 from npss._metric.registry import EULER_ERROR, NPSS, metric_called
 from npss._metric.sequences import Lengths, differ_in_length, read_motions
 from npss._metric.signature import signature, stated_with, with_fields_of
-from npss.validation import Seed, motion_with_joints, positive_number, real_array
+from npss.protocol._claims import check_claims
+from npss.validation import Seed, flattened, motion_with_joints, positive_number, real_array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -169,7 +170,7 @@ def compare(
     extra : mapping of str to str, int, float or bool; optional
         Fields of your own for the signature.
     **context
-        Known fields for the signature, as for `signature`. With ``representation='matrix'``, motion has the shape
+        Known fields for the signature, checked as by `report`. With ``representation='matrix'``, motion has the shape
         ``(N, T, J, 3, 3)``.
 
     Returns
@@ -226,8 +227,13 @@ def compare(
                 f"metric: {metric!r} compares sequences of one length, not normalised; NPSS compares others"
             )
         how |= {"lengths": lengths, "normalize": normalize}
-        motions = read_motions(gt, pred_a, pred_name="pred_a", lengths=lengths, representation=representation)
+        both = {"pred_a": pred_a, "pred_b": pred_b}
+        motions, others = (
+            read_motions(gt, pred, pred_name=name, lengths=lengths, representation=representation)
+            for name, pred in both.items()
+        )
         n, frames = motions.n_sequences, [group.n_frames for group in motions.groups]
+        arrays = [(one.gt, one.pred, other.pred) for one, other in zip(motions.groups, others.groups, strict=True)]
         measure = partial(_measure_lengths, gt, **how)
     else:
         positions = compared.takes == "positions"
@@ -235,7 +241,7 @@ def compare(
         shape = "(N, T, J, 3)" if positions else "(N, T, D)"
         if (truth.ndim != 4 if positions else truth.ndim < 3) or len(truth) < 2:
             raise ValueError(f"gt: expected shape {shape} with N >= 2 sequences to pair, got {truth.shape}")
-        n, frames = len(truth), [truth.shape[1]]
+        n, frames, arrays = len(truth), [truth.shape[1]], []
         measure = partial(compared.measure, truth, **how, fps=rate, at_ms=at_ms)
     if n < 2:
         raise ValueError("gt: expected N >= 2 sequences to pair, got one")
@@ -252,9 +258,19 @@ def compare(
         whole_frames("at_ms", at_ms, rate, first=1, last=frames[-1])
         fields["at_ms"] = at_ms
     all_fields = with_fields_of(compared, stated_with(compare, context, extra, **fields))
-    meaning = signature(chosen if compared.has_conventions else None, metric=compared.name, **all_fields)
+
+    def meaning(verified: Mapping[str, Any]) -> str:
+        named = chosen if compared.has_conventions else None
+        return signature(named, metric=compared.name, **{**all_fields, **verified})
+
+    meaning({})  # checks the fields before the numbers are computed
     labels = read_groups("groups", groups, n)
     of_a, of_b = measure(pred_a, pred_name="pred_a"), measure(pred_b, pred_name="pred_b")
+    if not arrays:
+        one, a_of_one, b_of_one = (flattened(real_array("gt", motion)) for motion in (truth, pred_a, pred_b))
+        arrays = [(one, a_of_one, b_of_one)]
+    verifications = [check_claims(all_fields, one, pred_a=a, pred_b=b) for one, a, b in arrays]
+    verified = {name: value for found in verifications if found for name, value in found.stated.items()}
     (first, weight), (second, other_weight) = (
         (np.asarray(of_one.numerator), np.asarray(of_one.weight)) for of_one in (of_a, of_b)
     )
@@ -272,7 +288,7 @@ def compare(
         b=b,
         a_in_blocks=inside[0],
         b_in_blocks=inside[1],
-        signature=meaning,
+        signature=meaning(verified),
         n=blocks.n,
         better=int((compared.sign * settled(difference, base[counts]) < 0).sum()),
         p_value=flips.p_value() if blocks.n >= MIN_BLOCKS_OF_TEST else None,

@@ -21,6 +21,8 @@ from npss._metric.registry import NPSS
 from npss._metric.sequences import Lengths, Motions, read_motions
 from npss._metric.signature import signature, stated_with
 from npss.console._tables import table
+from npss.protocol import Verification
+from npss.protocol._claims import check_claims
 from npss.validation import Float64, Seed, each, positive_number
 
 
@@ -49,6 +51,9 @@ class Report:
     groups : tuple of str, int or None; or None
         The block of each sequence, or None for a sequence in no block. None alone: each sequence is assumed to be its
         own block.
+    verification : npss.protocol.Verification or None
+        Whether the ground truth is that of the stated protocol, if `npss.protocol.verify` knows its name. If it is
+        another, the signature states ``verified:no``, and no published row stands beside the score.
     """
 
     score: float
@@ -60,6 +65,7 @@ class Report:
     feature_names: tuple[str, ...]
     fingerprint: Float64
     groups: Groups = None
+    verification: Verification | None = None
 
     def __float__(self) -> float:
         """Return the score."""
@@ -163,6 +169,7 @@ class Report:
             f"{NPSS.heading} {self.score:.4f}{inside}, {low:.4f} to {high:.4f} ({method(blocks)})",
             f"  {self.parts}",
             f"  {self.signature}",
+            *([] if self.verification is None else [f"  {self.verification.verdict()}"]),
             f"  {blocks}",
             f"  {INFERRED}",
         ]
@@ -259,7 +266,9 @@ def report(
         Fields of your own for the signature.
     **context
         Known fields for the signature, as for `signature`: ``representation`` (``'matrix'`` has the shape
-        ``(N, T, J, 3, 3)``), ``protocol``.
+        ``(N, T, J, 3, 3)``), ``protocol``. Claims are checked: if the ground truth is not that of the protocol, by
+        `npss.protocol.verify`, the signature states ``verified:no``; and with ``quaternions='continuous'`` or
+        ``'w>=0'``, both motions must have such signs.
 
     Returns
     -------
@@ -272,8 +281,8 @@ def report(
     ------
     TypeError, ValueError
         As `score` and `signature`. If the number of names is not the number of features, or the number of labels not
-        that of sequences; if no sequence with power is in a block; if a weight leaves the range of float64, which a
-        score does not.
+        that of sequences; if quaternions have other signs than stated; if no sequence with power is in a block; if a
+        weight leaves the range of float64, which a score does not.
 
     See Also
     --------
@@ -316,28 +325,38 @@ def report(
         raise ValueError(f"feature_names: expected {n_features} names, one for each feature, got {len(names)}: {names}")
     rate = None if fps is None else positive_number("fps", fps)
 
-    def meaning(*lengths: int) -> str:
-        stated = stated_with(report, context, extra, **stated_lengths(lengths, normalize))
-        return signature(chosen, **stated | ({} if rate is None else {"fps": rate}))
+    known = {} if rate is None else {"fps": rate}
 
-    meaning(0)  # checks the fields before the numbers are computed
+    def meaning(lengths: Sequence[int], verification: Verification | None = None) -> str:
+        stated = stated_with(report, context, extra, **stated_lengths(lengths, normalize))
+        return signature(chosen, **stated | known | ({} if verification is None else verification.stated))
+
+    meaning([0])  # checks the fields before the numbers are computed
+    verifications = [check_claims(context | known, group.gt, pred=group.pred) for group in motions.groups]
     labels = read_groups("groups", groups, motions.n_sequences)
     if normalize is not None:
         whole = normalised_contributions(motions.groups, chosen)
         lengths_of_all = [group.n_frames for group in motions.groups]
-        return _report(whole, meaning(*lengths_of_all), names, _fingerprints(motions), labels)
+        of_all = next((found for found in verifications if found and found.findings), verifications[0])
+        return _report(whole, meaning(lengths_of_all, of_all), names, _fingerprints(motions), labels, of_all)
     reports = {}
-    for group in motions.groups:
+    for group, verification in zip(motions.groups, verifications, strict=True):
         n_frames = group.n_frames
         where = f" of {n_frames} frames" if motions.by_length else ""
         numbers = contributions(group.gt, group.pred, chosen, where=where)
         of_group = None if labels is None else tuple(labels[row] for row in group.rows)
-        reports[n_frames] = _report(numbers, meaning(n_frames), names, fingerprint(group.gt), of_group)
+        claim = meaning([n_frames], verification)
+        reports[n_frames] = _report(numbers, claim, names, fingerprint(group.gt), of_group, verification)
     return reports if motions.by_length else reports[n_frames]
 
 
 def _report(
-    numbers: Contributions, meaning: str, names: Sequence[str], fingerprints: Float64, labels: Groups
+    numbers: Contributions,
+    meaning: str,
+    names: Sequence[str],
+    fingerprints: Float64,
+    labels: Groups,
+    verification: Verification | None,
 ) -> Report:
     score, emd, weight, form, floor = numbers
     Blocks(labels, weight.sum(axis=1))  # checks that a block has power
@@ -354,6 +373,7 @@ def _report(
         feature_names=tuple(names),
         fingerprint=fingerprints,
         groups=labels,
+        verification=verification,
     )
 
 

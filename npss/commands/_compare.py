@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> None:
     found = []
     for condition, pair in a.items():
         fps, stated = described(pair, context)
-        if verification := verified(pair, None, stated.get("protocol"), fps) if pair.meta is not None else None:
+        if verification := verified(pair, pair if pair.meta is None else None, stated.get("protocol"), fps):
             stated |= verification.stated
         gt, pred_a = features_of(pair)
         pred_b = features_of(b[condition])[1]

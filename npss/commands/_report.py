@@ -128,7 +128,9 @@ class _Action:
         )
         meaning = parse_signature(shown.signature)
         self._groups = shown.groups
-        self._context = {name: meaning[name] for name in ("representation", "protocol", "unwrap") if name in meaning}
+        self._context = {
+            name: meaning[name] for name in ("representation", "protocol", "unwrap", "verified") if name in meaning
+        }
         self._is_euler = meaning.get("representation") == "euler"
         self.fps = float(meaning.get("fps", FPS))
         meta = first.meta

@@ -89,11 +89,19 @@ class Verification:
             "agrees": list(self.agrees),
         }
 
+    def verdict(self) -> str:
+        """Return it in one line, with what differs or cannot be decided."""
+        return f"{self._head}{': ' * (not self.ok)}{'; '.join((*self.findings, *self.undecided))}"
+
+    @property
+    def _head(self) -> str:
+        verdict = "verified" if self.ok else "not its ground truth" if self.findings else "undecided"
+        return f"protocol {self.protocol}: {verdict}"
+
     def __str__(self) -> str:
         """Summarise it in a line for each sentence."""
-        verdict = "verified" if self.ok else "not its ground truth" if self.findings else "undecided"
         parts = (*self.findings, *self.undecided, *self.agrees)
-        return "\n".join([f"protocol {self.protocol}: {verdict}", *(f"  - {part}" for part in parts)])
+        return "\n".join([self._head, *(f"  - {part}" for part in parts)])
 
 
 @dataclass
@@ -274,9 +282,8 @@ def _human36m(
         notes.undecided.append(f"no score of zero-velocity on {action!r} to compare with; known: {', '.join(known)}")
         return _verification(protocol, notes)
     angles = poses_to_euler(truth)
-    found = _constant_score(angles)
+    found, matches = _matches(angles)
     held = None if past is None else _last_of(past, len(angles))
-    matches = [(name, of) for name, row in _SCORES.items() for of, s in row.items() if abs(found - s) <= _half_unit(4)]
     wanted = [(protocol, of) for of in known if action in (None, of)]
     text = f"zero-velocity scores {found:.6f} ('released')"
     if match := next((match for match in matches if match in wanted), None):
@@ -288,6 +295,42 @@ def _human36m(
     other = "".join(f"; it is {of} {_PLACES[name]} ({name})" for name, of in matches[:1])
     notes.findings.append(f"{text}; {protocol} has {row}{other}")
     return _verification(protocol, notes)
+
+
+def verify_angles(angles: Array, protocol: Verified, *, fps: float | None = None) -> Verification:
+    """Verify windows of Human3.6M by their Euler angles ``(N, T, D)``, of an unknown action.
+
+    Most actions have no measured score, so a score as on none of those that have is undecided.
+    """
+    notes = _Notes([], [], [])
+    for found, expected, what in zip(angles.shape, (8, 100), ("windows", "frames"), strict=False):
+        _count(notes, found, expected, what, protocol)
+    if fps is not None:
+        _count(notes, fps, FPS, "frames per second", protocol)
+    if notes.findings:
+        return _verification(protocol, notes)
+    found, matches = _matches(angles)
+    text = f"zero-velocity scores {found:.6f} ('released')"
+    if match := next((match for match in matches if match[0] == protocol), None):
+        notes.agrees.append(f"{text}, as on {match[1]} {_PLACES[protocol]}")
+    elif matches:
+        name, of = matches[0]
+        notes.findings.append(f"{text}; it is {of} {_PLACES[name]} ({name})")
+    else:
+        notes.undecided.append(f"{text}, as on none of {', '.join(_SCORES[protocol])}: another action, or other motion")
+    return _verification(protocol, notes)
+
+
+def measured_actions(protocol: str) -> tuple[str, ...]:
+    """Return the actions of Human3.6M whose score of zero-velocity is known."""
+    return tuple(_SCORES.get(protocol, ()))
+
+
+def _matches(angles: Array) -> tuple[float, list[tuple[str, str]]]:
+    """Return the score of zero-velocity, and the protocols and actions that have it."""
+    found = _constant_score(angles)
+    rows = [(name, of, score) for name, row in _SCORES.items() for of, score in row.items()]
+    return found, [(name, of) for name, of, score in rows if abs(found - score) <= _half_unit(4)]
 
 
 def _last_of(past: npt.ArrayLike, n: int) -> Array:

@@ -16,8 +16,9 @@ from npss._analysis.report import Report
 from npss._metric.convention import as_convention
 from npss._metric.metric import Metric
 from npss._metric.registry import EULER_ERROR, NPSS, metric_of_column
-from npss._metric.signature import parse_signature
+from npss._metric.signature import parse_signature, signature
 from npss.protocol import lafan1
+from npss.protocol._verify import measured_actions
 from npss.ranking._names import model_name, one_line
 from npss.records import Record, signature_of
 from npss.stochastic import SampleReport
@@ -166,11 +167,17 @@ def _traits(metric: Metric | None) -> dict[str, Any]:
 
 
 def result_of_report(model: str, action: str, report: Report | SampleReport) -> Result:
-    """Read the score of a report; without an action, that of an in-betweening protocol follows from its signature."""
+    """Read the score of a report; without an action, that of an in-betweening protocol follows from its signature.
+
+    If the action has a known checksum, and the ground truth has no known one, it is not that of its protocol.
+    """
     meaning = parse_signature(report.signature)
     convention = meaning["convention"]
     if not action and meaning.get("protocol") == lafan1.name and "frames" in meaning:
         action = lafan1.action(meaning["frames"])
+    checked = report.verification
+    if checked is not None and checked.undecided and action in measured_actions(checked.protocol):
+        meaning["verified"] = "no"
     name = convention if isinstance(convention, str) else report.signature.split("convention:")[1].split("|")[0]
     samples: tuple[float, ...] = ()
     if isinstance(report, SampleReport):
@@ -183,7 +190,7 @@ def result_of_report(model: str, action: str, report: Report | SampleReport) -> 
         column=NPSS.column(convention=name),
         **_traits(NPSS),
         value=report.score,
-        signature=report.signature,
+        signature=signature(**meaning),
         numerator=numerator,
         weight=weight,
         fingerprint=report.fingerprint,

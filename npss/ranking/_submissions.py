@@ -249,7 +249,8 @@ def _measure(
     is_euler = stated.get("representation") == "euler"
     metrics = options.get("metrics", ())
     gt, pred = features_of(pair)
-    verification = None if pair.meta is None else verified(pair, None, stated.get("protocol"), fps)
+    poses = pair if pair.meta is None else None
+    verification = verified(pair, poses, stated.get("protocol"), fps)
     return measure(
         gt,
         pred,

@@ -19,6 +19,7 @@ from npss._metric.registry import EULER_ERROR, NPSS, metric_called
 from npss._metric.score import quotient, score_windows, weighted_sums
 from npss._metric.signature import parse_signature, signature, stated_of, stated_with, with_fields_of
 from npss.console._progress import Progress
+from npss.protocol._claims import check_claims
 from npss.rotations._unwrap import unwrap
 from npss.skeleton import poses_to_positions
 from npss.validation import Float64, each, motion_pair, positive_number, renamed
@@ -88,7 +89,7 @@ def measure(
     extra : mapping of str to str, int, float or bool; optional
         Fields of your own for the signature.
     **context
-        Known fields for the signature.
+        Known fields for the signature, checked as by `npss.report`.
 
     Returns
     -------
@@ -130,6 +131,9 @@ def measure(
     fields = stated_with(measure, context, extra, unwrap=unwrapped)
     if fps is not None:
         fields["fps"] = positive_number("fps", fps)
+    truth, prediction = motion_pair(gt, pred)
+    if (verification := check_claims(fields, truth, pred=prediction)) is not None:
+        fields |= verification.stated
     joint = NPSS.name
     if at_ms and angles:
         moving, predicted, still = moving_pair(gt, pred)

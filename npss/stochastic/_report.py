@@ -16,6 +16,8 @@ from npss._metric.convention import Convention, ConventionName, as_convention
 from npss._metric.fields import Value
 from npss._metric.registry import NPSS
 from npss._metric.signature import signature, stated_with
+from npss.protocol import Verification
+from npss.protocol._claims import check_claims
 from npss.stochastic._samples import read_samples
 from npss.stochastic._score import Reduction, scored
 from npss.validation import Float64, Seed, one_of, positive_number
@@ -39,6 +41,8 @@ class SampleReport:
         As in `npss.Report`.
     groups : tuple of str, int or None; or None
         The block of each sequence, as in `npss.Report`.
+    verification : npss.protocol.Verification or None
+        Whether the ground truth is that of the stated protocol, as in `npss.Report`.
     """
 
     score: float
@@ -48,6 +52,7 @@ class SampleReport:
     weight: Float64
     fingerprint: Float64
     groups: Groups = None
+    verification: Verification | None = None
 
     def __float__(self) -> float:
         """Return the score."""
@@ -106,6 +111,7 @@ class SampleReport:
             f"  over {len(self.scores)} samples: {over}{self.scores.min():.4f} to {self.scores.max():.4f}",
             f"  over blocks: {low:.4f} to {high:.4f} ({method(blocks)})",
             f"  {self.signature}",
+            *([] if self.verification is None else [f"  {self.verification.verdict()}"]),
             f"  {blocks}",
             f"  {INFERRED}",
         ]
@@ -160,7 +166,9 @@ def report(
     fields = stated_with(report, context, extra, frames=truth.shape[1], draws=len(drawn), reduction=reduction)
     if fps is not None:
         fields["fps"] = positive_number("fps", fps)
-    meaning = signature(chosen, **fields)
+    signature(chosen, **fields)  # checks the fields before they are compared to the motion
+    verification = check_claims(fields, truth, **{f"samples[{i}]": sample for i, sample in enumerate(drawn)})
+    meaning = signature(chosen, **fields | ({} if verification is None else verification.stated))
     labels = read_groups("groups", groups, len(truth))
     results = scored(truth, drawn, chosen)
     Blocks(labels, results.weight)  # checks that a block has power
@@ -175,4 +183,5 @@ def report(
         weight=results.weight,
         fingerprint=fingerprint(truth),
         groups=labels,
+        verification=verification,
     )

@@ -76,9 +76,10 @@ def test_published_rows_stand_beside_the_benchmark_only(capsys, monkeypatch, fol
     assert "(published)" not in out
     assert "Published rows are left out, since this is another ground truth:\n- 3 windows; lafan1 has 2232" in out
     from npss.inbetweening import _measure
-    from npss.protocol import Verification
+    from npss.protocol import Verification, _claims
 
-    monkeypatch.setattr(_measure, "verify", lambda *_, **__: Verification(protocol="lafan1"))
+    for module in (_measure, _claims):
+        monkeypatch.setattr(module, "verify", lambda *_, **__: Verification(protocol="lafan1"))
     _, out, _ = run(capsys, "--bvh", folder, "--format", "markdown")
     rows = [line for line in out.splitlines() if line.startswith("| ")]
     assert [row.split("|")[1].strip().replace("\\", "") for row in rows[2:]] == [

@@ -28,7 +28,7 @@ def test_numbers_are_means_over_seeds(results, of_plan):
     assert number.over_seeds == pytest.approx(np.std(values, ddof=1), rel=1e-12)
     spread = [np.std(record["by_draw"]["npss"]["released"]) for record in of_row(of_plan, "vgru-d")]
     assert number.over_draws == pytest.approx(np.mean(spread), rel=1e-9)
-    assert number.signature.endswith("|protocol:srnn-8|unwrap:off|draws:2")
+    assert number.signature.endswith("|protocol:srnn-8|unwrap:off|draws:2|verified:no")  # of generated walks
     windows = [record["npss_windows"]["paper"]["2-4"] for record in of_row(of_plan, "vgru-d")]
     assert found.number("npss", "paper", "2-4").value == pytest.approx(np.mean(windows), rel=1e-12)
     assert "window:2-4" in found.number("npss", "paper", "2-4").signature

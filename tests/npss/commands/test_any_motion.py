@@ -248,7 +248,7 @@ def test_every_command_verifies_the_protocol_that_a_file_states(command, capsys,
     meta = {"representation": "global-quaternions", "quaternions": "continuous", "fps": 30, "protocol": "lafan1"}
     name = "in-betweening, 30 frames"
     for model, step in (("a", 1), ("b", 2)):
-        pred = np.roll(gt, step, axis=1)
+        pred = npss.rotations.continuous(np.roll(gt, step, axis=1), axis=1)
         arrays = {"gt": gt, "pred": pred} | ({"samples": pred[np.newaxis]} if command == "score" else {})
         arrays = {f"{name}/{kind}": motion for kind, motion in arrays.items()}
         np.savez(tmp_path / f"{model}.npz", meta=json.dumps(meta), **arrays)

@@ -474,9 +474,12 @@ class TestPublished:
         with pytest.raises(ValueError, match=message):
             npss.leaderboard([self.record(**changed)], published=True)
 
-    def test_reports_of_in_betweening(self):
+    def test_reports_of_in_betweening(self, monkeypatch):
         """The action follows from the signature; what is not stated is named."""
-        motion = np.random.default_rng(0).normal(size=(2, 3, 30, 88))
+        from npss.protocol import _claims, _verify
+
+        monkeypatch.setattr(_claims, "verify", lambda gt, name, fps: _verify.Verification(protocol=name))
+        motion = npss.rotations.continuous(np.random.default_rng(0).normal(size=(2, 3, 30, 22, 4)), axis=2)
         report = npss.report(*motion, convention="released", **npss.protocol.lafan1.fields())
         for source in ({"mine": report}, {"mine": {"in-betweening, 30 frames": report}}):
             board = npss.leaderboard(source, published=True)

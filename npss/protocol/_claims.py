@@ -1,0 +1,76 @@
+"""Check what the signature of a number claims about its motion: whose ground truth it is, and the signs of quaternions.
+
+Whoever holds the arrays checks it, so that no number stands beside published ones by its name alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from npss.protocol._in_betweening import lafan1
+from npss.protocol._verify import VERIFIED, Verification, verify, verify_angles
+from npss.validation import Array
+
+_ROUNDING = 1e-6  # of the product of successive quaternions, in single precision
+
+
+def check_claims(stated: Mapping[str, Any], gt: Array, **predictions: Array) -> Verification | None:
+    """Check the fields of a signature by the arrays of its number.
+
+    Parameters
+    ----------
+    stated : mapping of str to value
+        The fields, ``protocol``, ``representation``, ``fps`` and ``quaternions`` among them, if stated.
+    gt : (N, T, D) or (T, D) ndarray
+        The ground truth.
+    **predictions : (N, T, D) or (T, D) ndarray
+        Predictions, by the names of their arguments.
+
+    Returns
+    -------
+    Verification or None
+        Whether the ground truth is that of the protocol; None if its name is unknown. Its ``stated`` belongs in the
+        signature.
+
+    Raises
+    ------
+    ValueError
+        If the signs of quaternions are not as stated; names the argument and the first place.
+    """
+    for name, motion in {"gt": gt, **predictions}.items():
+        _check_signs(name, motion, stated.get("quaternions"))
+    protocol, fps = stated.get("protocol"), stated.get("fps")
+    if protocol not in VERIFIED:
+        return None
+    motion = gt[np.newaxis] if gt.ndim == 2 else gt
+    if protocol != lafan1.name:
+        if stated.get("representation") == "euler":
+            return verify_angles(motion.astype(np.float64), protocol, fps=fps)
+        return Verification(protocol=protocol, undecided=("its ground truth is known by Euler angles alone",))
+    try:
+        return verify(motion, protocol, fps=fps)
+    except ValueError as error:  # other features, which are scored all the same
+        return Verification(protocol=protocol, findings=(str(error),))
+
+
+def _check_signs(name: str, motion: Array, signs: object) -> None:
+    """Raise a ValueError unless the quaternions of a motion have the signs that the signature states."""
+    if signs not in ("continuous", "w>=0"):
+        return
+    if motion.shape[-1] % 4:
+        raise ValueError(f"{name}: expected quaternions, whose signs are stated, got {motion.shape[-1]} features")
+    q = motion.reshape(-1, motion.shape[-2], motion.shape[-1] // 4, 4)
+    if signs == "continuous":
+        wrong = (q[:, 1:] * q[:, :-1]).sum(axis=-1) < -_ROUNDING
+        mend = "npss.rotations.continuous(..., axis=1) makes them so"
+    else:
+        wrong, mend = q[..., 0] < 0, "negate those with a negative w"
+    if wrong.any():
+        sequence, frame, quaternion = (int(i) for i in np.argwhere(wrong)[0])
+        raise ValueError(
+            f"{name}: the signs of its quaternions are stated as {signs!r}, but {int(wrong.sum())} are not, the first "
+            f"at sequence, frame, quaternion {sequence, frame + (signs == 'continuous'), quaternion}; {mend}"
+        )
