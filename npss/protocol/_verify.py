@@ -100,7 +100,7 @@ class Verification:
 
     def __str__(self) -> str:
         """Summarise it in a line for each sentence."""
-        parts = (*self.findings, *self.undecided, *self.agrees)
+        parts = (*self.findings, *self.undecided, *(f"agrees: {part}" for part in self.agrees))
         return "\n".join([self._head, *(f"  - {part}" for part in parts)])
 
 

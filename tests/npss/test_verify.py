@@ -150,7 +150,7 @@ def test_a_protocol_without_a_row(cut):
 
 def test_it_prints_a_line_for_each():
     result = Verification(protocol="lafan1", findings=("a",), undecided=("b",), agrees=("c",))
-    assert str(result).splitlines() == ["protocol lafan1: not its ground truth", "  - a", "  - b", "  - c"]
+    assert str(result).splitlines() == ["protocol lafan1: not its ground truth", "  - a", "  - b", "  - agrees: c"]
     assert str(Verification(protocol="lafan1", undecided=("b",))).startswith("protocol lafan1: undecided")
     assert str(Verification(protocol="lafan1")) == "protocol lafan1: verified"
     assert result.as_dict() == {
