@@ -163,6 +163,8 @@ def _one_length(groups: list[Joints]) -> Joints:
 def _read(name: str, motion: Global) -> Global:
     if not isinstance(motion, tuple) or len(motion) != 2:
         raise TypeError(f"{name}: expected Global(quaternions, positions), got {type(motion).__name__}")
+    if motion[1] is None:
+        raise TypeError(f"{name}: no positions; npss.score(..., convention='released') and l2q take quaternions alone")
     return Global(*motion)
 
 

@@ -30,14 +30,21 @@ def test_snippets(tmp_path, monkeypatch, capsys):
         "gt_positions": gt.positions,
         "quaternions": pred.quaternions,
         "positions": pred.positions,
-        "skeleton": skeleton,
+        "names": skeleton.names,
+        "parents": skeleton.parents,
+        "offsets": skeleton.offsets,
+        "local_quaternions": parts.truth.quaternions,
+        "root": parts.truth.root,
         "train_clips": clips,
         "test_clips": clips,
         "npss": npss,
     }
     for snippet in re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S):
         exec(snippet, names)
-    assert "zero-velocity" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert out.startswith("protocol lafan1: not its ground truth\n")
+    assert "zero-velocity" in out
+    np.testing.assert_array_equal(names["predicted"].quaternions, gt.quaternions)
     assert len(names["rows"]) == 8
 
 

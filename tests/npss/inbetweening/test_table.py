@@ -80,6 +80,8 @@ def test_measure_refuses_key_frames():
         measure(*unequal, **ONES)
     with pytest.raises(TypeError, match=r"pred: expected Global\(quaternions, positions\), got ndarray"):
         measure(gt, pred.quaternions, **ONES)
+    with pytest.raises(TypeError, match=r"gt: no positions; npss\.score\(.*\) and l2q take quaternions alone"):
+        measure(Global(gt.quaternions, None), pred, **ONES)
 
 
 def test_table_of_published_rows():
