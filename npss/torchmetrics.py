@@ -215,5 +215,10 @@ def _common_kind(kinds: torch.Tensor) -> torch.Tensor:
     differ[:, 0] &= kinds[:, 0] != 0
     if bool(differ.any()):
         frames = ["any" if n == _ANY else n for n in sorted({int(n) for n in kinds[:, 0]} - {0})]
+        if not differ[:, 1:].any() and "any" not in frames:
+            raise ValueError(
+                f"batches: scores of {' and '.join(map(str, frames))} frames are not comparable, and cannot be merged; "
+                f"pass normalize='bound', or keep one metric for each length"
+            )
         raise ValueError(f"batches: different conventions, policies or numbers of frames {frames} cannot be merged")
     return common

@@ -13,6 +13,8 @@ from npss._identify.compute import Numbers
 from npss._identify.probes import Probe, ordinary
 from npss.validation import Float64
 
+_FRAME = (12,)  # any shape: the lengths of probes do not depend on it
+
 
 class Found(NamedTuple):
     """A form in which the function runs, and the combinations that fit what it returns."""
@@ -61,8 +63,14 @@ def find(subject: Subject, shape: tuple[int, ...] | None) -> Found:
         return others[0]._replace(refused=errors[0] if errors else "")
     wanted = [error for error in errors if "tensor" in error]
     shown = "; ".join(dict.fromkeys([errors[0], *wanted[:1]]))
-    advice = "" if shape else "; if it needs frames of one shape, pass frame="
-    raise ValueError(f"function: {subject.name} runs with no shape of motion; {shown}{advice}")
+    raise ValueError(f"function: {subject.name} runs with no shape of motion; {shown}; {advice(shape)}")
+
+
+def advice(shape: tuple[int, ...] | None) -> str:
+    """Say what a function must take, and how to give it other frames."""
+    lengths = [probe.gt.shape[1] for probe in ordinary(_FRAME, _FRAME)]
+    text = f"it must take motions of {min(lengths)} to {max(lengths)} frames"
+    return text if shape else f"{text}; if it needs one shape of a frame, such as 22 quaternions, pass frame=(22, 4)"
 
 
 def _of_each_sequence(subject: Subject, found: Found) -> Found:

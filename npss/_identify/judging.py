@@ -12,7 +12,7 @@ from npss._identify import no_power, search
 from npss._identify.calling import Subject, readings, sum_of_weights
 from npss._identify.choices import NOT_PART, TITLES, Choices
 from npss._identify.compute import Numbers, columns, size_of, spectra
-from npss._identify.finding import Found
+from npss._identify.finding import Found, advice
 from npss._identify.identification import Identification
 from npss._identify.no_power import Rule
 from npss._identify.probes import Probe, batches, unusual
@@ -253,5 +253,5 @@ def no_npss(subject: Subject, found: Found) -> Identification:
         f"The choices tried are of {axes}. It was called with {found.form.words()}."
     )
     if found.refused:
-        text += f"\nIt does not take {found.refused}; if it needs frames of one shape, pass frame=."
+        text += f"\nIt does not take {found.refused}; {advice(None)}."
     return Identification(convention=None, nearest=None, order=subject.order, text=text)

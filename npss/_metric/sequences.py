@@ -116,6 +116,8 @@ def read_lengths(values: npt.ArrayLike, longest: Sequence[int]) -> list[int]:
     TypeError, ValueError
         If they are anything else.
     """
+    if _are_booleans(values):
+        raise TypeError("lengths: expected whole numbers, got booleans; of a mask of frames (N, T), pass mask.sum(1)")
     array = real_array("lengths", values)
     if array.dtype.kind not in "iu":
         raise TypeError(f"lengths: expected whole numbers, got dtype {array.dtype}")
@@ -126,6 +128,11 @@ def read_lengths(values: npt.ArrayLike, longest: Sequence[int]) -> list[int]:
         if not 1 <= count <= most:
             raise ValueError(f"lengths: {count} at {i}; expected a number of frames from 1 to {most}")
     return counts
+
+
+def _are_booleans(values: object) -> bool:
+    parts = values if isinstance(values, list | tuple) else ()
+    return "bool" in str(getattr(values, "dtype", "")) or any(isinstance(part, bool) for part in parts)
 
 
 def _lengths(lengths: Lengths, truths: list[Array], predictions: list[Array], pred_name: str) -> list[int]:

@@ -88,7 +88,10 @@ class TestShapes:
             return released(gt.reshape(*gt.shape[:2], -1), pred.reshape(*gt.shape[:2], -1))
 
         assert npss.identify(of_frames, frame=frame).convention == "released"
-        with pytest.raises(ValueError, match=r"^function: .* pass frame=$"):
+        with pytest.raises(
+            ValueError,
+            match=r"^function: .* 15 to 100 frames; if it needs one shape of a frame, .* pass frame=\(22, 4\)$",
+        ):
             npss.identify(of_frames)
 
     def test_a_usual_number_of_features_only(self):
@@ -106,7 +109,7 @@ class TestShapes:
         text = str(npss.identify(of_frames))  # which takes six components for six features, and joints for frames
         assert text.startswith("no NPSS: ")
         assert "\nIt does not take arrays (N, T, D): AssertionError" in text
-        assert text.endswith("pass frame=.")
+        assert text.endswith("pass frame=(22, 4).")
 
     @pytest.mark.parametrize(("frame", "error"), [(0, ValueError), ((), ValueError), (1, ValueError), ("9", TypeError)])
     def test_invalid_frames(self, frame, error):
