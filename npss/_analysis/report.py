@@ -174,7 +174,7 @@ class Report:
             f"  {INFERRED}",
         ]
         shares = [[joint, f"{share:.1%}"] for joint, share in self.joint_share.items() if share > 0]
-        lines += ["", table(["joint", "of the score"], shares[:8], "lr")] if shares else []
+        lines += ["", table([kind_of(self.feature_names), "of the score"], shares[:8], "lr")] if shares else []
         if len(shares) > 8:
             lines.append(f"and {len(shares) - 8} more")
         scores = self.per_sequence
@@ -255,7 +255,8 @@ def report(
     fps : float, optional
         Frames per second, stated in the signature.
     feature_names : sequence of str, optional
-        Names of the D flattened features, such as ``npss.skeleton.FEATURE_NAMES``; by default ``'0'``, ``'1'``, ...
+        Names of the D flattened features, such as ``npss.skeleton.FEATURE_NAMES``; by default ``'0'``, ``'1'``, ...,
+        or ``'0.0'``, ``'0.1'``, ... of motion with joints.
         Features belong to one joint if their names are equal up to the last dot.
     groups : sequence of str, int or None, optional
         A label for each sequence. Sequences with the same label depend on each other, such as windows that overlap or
@@ -316,7 +317,7 @@ def report(
     chosen = as_convention(convention)
     n_features = motions.groups[0].gt.shape[-1]
     if feature_names is None:
-        names = [str(i) for i in range(n_features)]
+        names = _numbered(gt, n_features)
     else:
         names = each("feature_names", feature_names, "names")
     if strange := [name for name in names if not isinstance(name, str)]:
@@ -387,6 +388,20 @@ def _fingerprints(motions: Motions) -> Float64:
 def joint_of(feature: str) -> str:
     """Return the joint of a feature: its name up to the last dot."""
     return feature.rpartition(".")[0] or feature
+
+
+def kind_of(features: Sequence[str]) -> str:
+    """Return what the shares of features are of: joints, or features alone."""
+    return "joint" if any(joint_of(feature) != feature for feature in features) else "feature"
+
+
+def _numbered(gt: npt.ArrayLike, n_features: int) -> list[str]:
+    """Return numbers as names of features; of motion with joints, those of joint and component."""
+    shape = (len(gt), *np.shape(gt[0])) if isinstance(gt, list | tuple) else tuple(getattr(gt, "shape", ()))
+    if len(shape) < 4:
+        return [str(i) for i in range(n_features)]
+    components = n_features // shape[2]
+    return [f"{i // components}.{i % components}" for i in range(n_features)]
 
 
 def _quotient(numerator: Float64, denominator: Float64) -> Float64:

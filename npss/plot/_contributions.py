@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from npss._analysis.report import joint_of
+from npss._analysis.report import joint_of, kind_of
 from npss._metric.registry import NPSS
 from npss.plot.style import COLOURS, GREY, SMALL, TINY, by_defaults, footnote, label, new_figure, tidy
 from npss.validation import Float64
@@ -76,7 +76,7 @@ def contributions(report: Report) -> Figure:
     bars = by_joint.barh(range(n_joints), shares.sum(axis=1), color=COLOURS[0])
     by_joint.bar_label(bars, _percents(shares.sum(axis=1)), fontsize=TINY, padding=2)
     by_joint.set_xlim(0, 1.35 * shares.sum(axis=1).max())
-    by_joint.set_title("joint", fontsize=SMALL, color=GREY)
+    by_joint.set_title(kind_of(report.feature_names), fontsize=SMALL, color=GREY)
     by_joint.xaxis.set_major_formatter(_percent)
     tidy(by_joint, grid="x")
     by_joint.tick_params(labelleft=False)

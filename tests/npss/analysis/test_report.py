@@ -149,6 +149,26 @@ def test_names_by_default_are_numbers():
     assert npss.report(*motions(d=3)).joint_share.keys() == {"0", "1", "2"}
 
 
+def test_names_of_joints_by_default():
+    """Arrays with joints name them, as lists of sequences do; flattened features are no joints."""
+    rng = np.random.default_rng(0)
+    gt, pred = rng.normal(size=(2, 4, 9, 3, 2)).cumsum(axis=2)
+    names = ("0.0", "0.1", "1.0", "1.1", "2.0", "2.1")
+    for motions_of in (lambda x: x, list, lambda x: x.tolist(), lambda x: [*x[:3], x[3, :7]]):
+        found = npss.report(motions_of(gt), motions_of(pred))
+        for report in found.values() if isinstance(found, dict) else [found]:
+            assert report.feature_names == names
+            assert "joint  of the score" in str(report)
+    flat = npss.report(gt.reshape(4, 9, 6), pred.reshape(4, 9, 6))
+    assert flat.feature_names == tuple("012345")
+    assert "feature  of the score" in str(flat)
+    assert flat.per_feature.tolist() == npss.report(gt, pred).per_feature.tolist()
+    one = npss.report(gt[0], pred[0])  # (T, J, C) is (N, T, D)
+    assert one.feature_names == ("0", "1")
+    matrices = np.broadcast_to(np.eye(3), (2, 6, 2, 3, 3)) + rng.normal(size=(2, 2, 6, 2, 3, 3))
+    assert npss.report(*matrices, representation="matrix").feature_names[8:10] == ("0.8", "1.0")
+
+
 def test_names_may_be_any_sequence_of_text():
     for names in (("a", "b"), np.array(["a", "b"]), iter("ab")):
         assert npss.report(*motions(d=2), feature_names=names).feature_names == ("a", "b")
