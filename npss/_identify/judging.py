@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,13 +29,17 @@ def identification(subject: Subject, found: Found) -> Identification:
     """Say what a function computes, given the choices that fit."""
     choices = found.fits[0]
     rule, scale = _rules(subject, found, choices)
+    batched = False
     if found.form.of_one:
         choices = choices._replace(aggregation="unknown")
     elif subject.is_class and not found.form.single and found.level == "set":
         choices = choices._replace(aggregation=_over_updates(subject, found))
+        batched = choices.aggregation != found.fits[0].aggregation
     on_unusual = _on_unusual(subject, found)
+    many = "aggregation" in on_unusual
     choices = choices._replace(aggregation=on_unusual.pop("aggregation", choices.aggregation))
     nearest = choices.nearest()
+    example = _example(subject, found, nearest, batched=batched, many=many)
     differences = choices.differences(nearest) | on_unusual
     if scale:
         differences["scale"] = scale
@@ -56,11 +61,10 @@ def identification(subject: Subject, found: Found) -> Identification:
         order=subject.order,
         custom=custom,
         call=None if {"scale", "motion", "precision"} & differences.keys() else choices.call(rule.zero),
-        example=_example(subject, found, nearest),
+        example=(example.own, example.named),
     )
-    return replace(
-        result, text=text_of(result, found, choices, usual=rule.usual, merges=not _normalises_weights(subject, found))
-    )
+    merges = not _normalises_weights(subject, found)
+    return replace(result, text=text_of(result, found, choices, example.words, usual=rule.usual, merges=merges))
 
 
 def _differ(axis: str, choices: Choices, other: Choices) -> bool:
@@ -124,11 +128,12 @@ def _aggregation(value: Numbers, whole: Probe, sizes: Sequence[int], found: Foun
         _expected(whole._replace(gt=whole.gt[start:stop], pred=whole.pred[start:stop]), choices)
         for start, stop in pairwise(edges)
     ]
+    of_batch = "" if choices.aggregation == "set" else f"{choices.aggregation}-"  # means of ratios, no ratio
     candidates = {
         choices.aggregation: _expected(whole, choices),
-        "batch": np.mean(of_parts, axis=0),
-        "batch-size": np.average(of_parts, axis=0, weights=sizes),
-        "last": of_parts[-1],
+        f"{of_batch}batch": np.mean(of_parts, axis=0),
+        f"{of_batch}batch-size": np.average(of_parts, axis=0, weights=sizes),
+        f"{of_batch}last": of_parts[-1],
     }
     fitting = (name for name, expected in candidates.items() if search.close(value, expected, found.tolerance))
     return next(fitting, None)
@@ -200,14 +205,34 @@ def _both(value: Numbers, expected: Numbers) -> str:
     return f"{value.flat[0]:.4g} instead of {expected.flat[0]:.4g}"
 
 
-def _example(subject: Subject, found: Found, name: ConventionName) -> tuple[float, float]:
-    """Return the function's value of the first example, and the score by a named convention."""
-    gt, pred, _ = found.probes[0]
+class _Example(NamedTuple):
+    """The function's value of one example, the score by a named convention, and what the example is."""
+
+    own: float
+    named: float
+    words: str
+
+
+def _example(subject: Subject, found: Found, name: ConventionName, *, batched: bool, many: bool) -> _Example:
+    """Return the first example; of a function that averages batches, one with several."""
+    probe, value = found.probes[0], found.values[0]
+    sizes: Sequence[int] = ()
+    if batched or many:
+        whole, of_batches = batches(found.form.frame)
+        other = whole if batched else unusual(found.form.frame, found.form.wider)["many sequences"]
+        try:
+            value = _values(subject, found, other, of_batches if batched else ())
+            probe, sizes = other, of_batches if batched else ()
+        except Exception:  # pragma: no cover - a class that refuses batches of other sizes
+            pass
+    gt, pred, _ = probe
+    n, t, d = gt.shape
+    words = f"{n} sequences{f' in batches of {sizes[0]} and {sizes[1]}' if sizes else ''}, {t} frames of {d} features"
     if found.level == "sequence":
-        gt, pred = gt[:1], pred[:1]
+        gt, pred, words = gt[:1], pred[:1], f"1 sequence, {t} frames of {d} features"
     if found.level == "column":
-        gt, pred = gt[:1, :, :1], pred[:1, :, :1]
-    return float(found.values[0].flat[0]), score(gt, pred, convention=name)
+        gt, pred, words = gt[:1, :, :1], pred[:1, :, :1], f"1 feature of 1 sequence, {t} frames"
+    return _Example(float(value.flat[0]), score(gt, pred, convention=name), words)
 
 
 def _digits(values: Sequence[Numbers]) -> int | None:

@@ -24,10 +24,11 @@ def _line(choices: Choices, nearest: ConventionName, extra: dict[str, str] | Non
     return f"{'; '.join(words)}: none of the named conventions; nearest `{nearest}`"
 
 
-def text_of(result: Identification, found: Found, choices: Choices, *, usual: bool, merges: bool) -> str:
+def text_of(result: Identification, found: Found, choices: Choices, example: str, *, usual: bool, merges: bool) -> str:
     """Say what a function computes.
 
-    `usual`: the rule for features without power is among the choices. `merges`: its batches can be merged.
+    `example`: what the example is. `usual`: the rule for features without power is among the choices. `merges`: its
+    batches can be merged.
     """
     nearest = cast(ConventionName, result.nearest)
     extra = {axis: text for axis, text in result.differences.items() if axis not in TITLES}
@@ -43,12 +44,9 @@ def text_of(result: Identification, found: Found, choices: Choices, *, usual: bo
     left_out = [TITLES[axis] for axis in ("weight", "aggregation") if getattr(choices, axis) == NOT_PART]
     if left_out:
         lines.append(f"Not part of this function: {', '.join(left_out)}.")
-    n, t, d = found.probes[0].gt.shape
-    what = {"set": f"{n} sequences", "sequence": "1 sequence", "column": "1 feature of 1 sequence"}[found.level]
     if result.example:  # pragma: no branch - every named function has one
         own, by_name = result.example
-        size = f"{t} frames" if found.level == "column" else f"{t} frames of {d} features"
-        lines.append(f"On one example ({what}, {size}): {own:.6g}; npss by `{nearest}`: {by_name:.6g}.")
+        lines.append(f"On one example ({example}): {own:.6g}; npss by `{nearest}`: {by_name:.6g}.")
     if result.call:
         but = "" if usual else ", but for features without power"
         lines.append(f"The same in npss{but}: {result.call}")

@@ -176,6 +176,9 @@ def batched(size, weighted):
 def test_batches_within_a_function(size, weighted, words):
     result = npss.identify(batched(size, weighted))
     assert (result.convention, result.nearest, result.differences) == (None, "released", {"aggregation": words})
+    own, named = result.example
+    assert own != pytest.approx(named, rel=1e-6)
+    assert "\nOn one example (140 sequences, 6 frames of 12 features): " in str(result)
 
 
 IMPOSTERS = {

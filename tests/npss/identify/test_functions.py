@@ -381,6 +381,49 @@ class TestClasses:
         assert (result.convention, result.nearest) == (None, "released")
         assert result.differences == {"aggregation": words}
 
+    @pytest.mark.parametrize(
+        ("combine", "words"),
+        [
+            (
+                lambda scores: np.mean([np.mean(batch) for batch in scores]),
+                "per sequence, averaged in each batch, then over batches",
+            ),
+            (lambda scores: np.mean(np.concatenate(scores)), "per sequence, then averaged"),
+            (lambda scores: np.mean(scores[-1]), "per sequence, averaged over the last batch only"),
+        ],
+    )
+    def test_batches_of_means_over_sequences(self, combine, words):
+        """The mean of ratios in each batch is not the ratio of the batch."""
+
+        class OfSequences(Exact):
+            def compute(self):
+                return combine(
+                    [
+                        np.array([released(t[None], p[None]) for p, t in zip(preds, target, strict=True)])
+                        for preds, target in self.pairs
+                    ]
+                )
+
+        assert npss.identify(OfSequences).differences == {"aggregation": words}
+
+    def test_batches_of_means_over_features(self):
+        class OfFeatures(Exact):
+            def compute(self):
+                return np.mean(
+                    [np.mean([released(t[..., [d]], p[..., [d]]) for d in range(t.shape[2])]) for p, t in self.pairs]
+                )
+
+        words = "per feature, averaged in each batch, then over batches"
+        assert npss.identify(OfFeatures).differences == {"aggregation": words}
+
+    @pytest.mark.parametrize("kind", [Mean, MeanBySize, Last, Sum])
+    def test_the_example_has_several_batches(self, kind):
+        """In one batch, such a class computes the named convention."""
+        result = npss.identify(kind)
+        own, named = result.example
+        assert own != pytest.approx(named, rel=1e-3)
+        assert "\nOn one example (5 sequences in batches of 2 and 3, 20 frames of 12 features): " in str(result)
+
     def test_what_it_has_seen_does_not_count(self):
         class Resettable(Exact):
             def reset(self):
