@@ -19,7 +19,7 @@ _PLACES = {"shift": "the first is sequence", "degrees": "the largest is in featu
 #: Pitfalls whose places are features.
 _OF_FEATURES = ("degrees", "powerless", "weight")
 #: Pitfalls of a whole motion; all others are counted.
-_WHOLE = ("shift", "context", "poses", "degrees", "axes", "joints", "share")
+_WHOLE = ("component-order", "shift", "context", "poses", "degrees", "axes", "joints", "share")
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class Finding:
     Attributes
     ----------
     trap : str
-        ``'wrap'``, ``'gimbal-flip'``, ``'quaternion-sign'``, ``'hemisphere'``, ``'constant'``, ``'shift'``,
-        ``'context'``, ``'padding'``, ``'poses'``, ``'degrees'``, ``'axes'``, ``'joints'``, ``'powerless'``,
-        ``'weight'``, ``'no-real-power'`` or ``'share'``.
+        ``'wrap'``, ``'gimbal-flip'``, ``'quaternion-sign'``, ``'hemisphere'``, ``'component-order'``, ``'constant'``,
+        ``'shift'``, ``'context'``, ``'padding'``, ``'poses'``, ``'degrees'``, ``'axes'``, ``'joints'``,
+        ``'powerless'``, ``'weight'``, ``'no-real-power'`` or ``'share'``.
     argument : str
         The motion: ``'gt'`` or ``'pred'``.
     count : int
@@ -104,6 +104,8 @@ def diagnose(
     - ``quaternion-sign``: unit quaternions that change sign between frames, if D is a multiple of 4;
     - ``hemisphere``: unit quaternions that would be nearer to the ground truth with the other sign, throughout a
       sequence;
+    - ``component-order``: unit quaternions, eight or more, that are much closer to the ground truth if their components
+      are taken as x, y, z, w in place of w, x, y, z, or the other way round;
     - ``constant``: predictions that do not move;
     - ``shift``: a prediction of at least ten frames that equals the ground truth one or two frames earlier or later, or
       is closer to it by a factor of two, such as windows cut one frame late;
@@ -111,7 +113,8 @@ def diagnose(
     - ``padding``: sequences that move, and end in three or more equal frames, in both;
     - ``poses``: 99 columns, the first six not zero, as in Human3.6M poses before conversion;
     - ``degrees``: values or movements that are too large for radians;
-    - ``axes``: motion that is smooth along the last axis only, as if time came last;
+    - ``axes``: motion that is smooth along the last axis only, as if time came last; along the third of four axes only;
+      or much smoother along the first axis than along the second, as if time came first;
     - ``joints``: a last axis of 3, 4 or 6, and motion that is much smoother along the first axis than along the second,
       as if ``(T, J, C)`` were passed for ``(N, T, D)``;
     - ``powerless``: features that are zero throughout the ground truth, and so have no weight: a note, unless the

@@ -1,9 +1,9 @@
 """The pitfalls that `npss.diagnose` looks for."""
 
-from npss._analysis.pitfalls.layout import Degrees, JointAxis, Poses, SwappedAxes
+from npss._analysis.pitfalls.layout import Degrees, JointAxis, Poses, SwappedAxes, TimeFirst
 from npss._analysis.pitfalls.parts import Share
 from npss._analysis.pitfalls.pitfall import NOTE, WARNING, Block, Pitfall
-from npss._analysis.pitfalls.rotations import GimbalFlips, Hemisphere, SignFlips, Wraps
+from npss._analysis.pitfalls.rotations import ComponentOrder, GimbalFlips, Hemisphere, SignFlips, Wraps
 from npss._analysis.pitfalls.time import Constant, Context, Padding, Shift
 from npss._analysis.pitfalls.weight import NoRealPower, Powerless, Weight
 
@@ -14,6 +14,7 @@ PITFALLS: tuple[type[Pitfall], ...] = (
     GimbalFlips,
     SignFlips,
     Hemisphere,
+    ComponentOrder,
     Constant,
     Shift,
     Context,
@@ -22,6 +23,7 @@ PITFALLS: tuple[type[Pitfall], ...] = (
     Degrees,
     SwappedAxes,
     JointAxis,
+    TimeFirst,
     Powerless,
     Weight,
     NoRealPower,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterator
 
 import numpy as np
@@ -16,27 +17,36 @@ from npss.validation import Float64
 _SMOOTH = 0.25
 
 
+#: The sizes of joints: positions or Euler angles, quaternions, 6D, matrices.
+_COORDINATES = (3, 4, 6, 9)
+
+
 class SwappedAxes(Pitfall):
-    """Time on the axis of features."""
+    """Time on the axis of features, or on that of joints."""
 
     name = "axes"
+    _SIZES = (1, *_COORDINATES)  # of what follows time on the last axis: nothing, or the coordinates of a joint
 
     def __init__(self) -> None:
-        self._sums = np.zeros((2, 2))  # along time and features: squared steps, squared distances from the mean
+        self._time = np.zeros(2)  # squared steps, squared distances from the mean
+        self._features = np.zeros((len(self._SIZES), 2))  # the same along the last axis
 
     def see(self, block: Block) -> None:
         """Add up the steps along both axes."""
-        if block.gt.shape[1] < 3:  # two frames look erratic in any motion
+        n, n_frames, n_features = block.gt.shape
+        if n_frames < 3:  # two frames look erratic in any motion
             return
-        for row, axis in enumerate((1, 2)):
-            steps = np.square(np.diff(block.gt, axis=axis)).sum()
-            self._sums[row] += steps, block.gt.var(axis=axis).sum() * block.gt.shape[axis]
+        self._time += _roughness(block.gt, 1)
+        for row, size in zip(self._features, self._SIZES, strict=True):
+            if size == 1 or (n_features % size == 0 and n_features // size > 2):
+                row += _roughness(block.gt.reshape(n, n_frames, -1, size), 2)
 
     def found(self) -> Iterator[Found]:
-        """Yield a finding if motion is smooth along features only."""
+        """Yield a finding if motion is smooth along the last axis only."""
         with np.errstate(invalid="ignore", divide="ignore"):
-            along_time, along_features = self._sums[:, 0] / self._sums[:, 1]
-        if along_time > 1 and along_features < _SMOOTH:
+            along_time, along_features = self._time[0] / self._time[1], self._features[:, 0] / self._features[:, 1]
+        smooth = along_features < _SMOOTH
+        if along_time > 1 and smooth[0]:
             yield Found(
                 "gt",
                 1,
@@ -44,14 +54,32 @@ class SwappedAxes(Pitfall):
                 "varies smoothly along the last axis and erratically along the one before: is time last? "
                 "Expected (sequences, frames, features)",
             )
+        elif along_time > 1 and smooth.any():
+            yield Found(
+                "gt",
+                1,
+                (),
+                f"varies smoothly from each {self._SIZES[int(smooth.argmax())]} features to the next and erratically "
+                f"along the axis before: is time the third of four axes? Expected (sequences, frames, joints, "
+                f"coordinates)",
+            )
 
 
-class JointAxis(Pitfall):
-    """One sequence ``(T, J, C)`` of joints passed as ``(N, T, D)``."""
+def _roughness(motion: Float64, axis: int) -> tuple[float, float]:
+    """Return the sums of squared steps along an axis, and of squared distances from the mean over it."""
+    return float(np.square(np.diff(motion, axis=axis)).sum()), float(motion.var(axis=axis).sum()) * motion.shape[axis]
 
-    name = "joints"
-    _COORDINATES = (3, 4, 6)
+
+class FirstAxis(Pitfall):
+    """Time on the axis of sequences."""
+
     _SMOOTHER = 25  # ratio of squared steps; between windows of a motion, steps are as large or larger
+    _message: str
+
+    @staticmethod
+    @abstractmethod
+    def concerns(n_features: int) -> bool:
+        """Return whether motion with so many features may be of that kind."""
 
     def __init__(self) -> None:
         self._steps = np.zeros(2)  # squared, along the first axis and the second
@@ -61,7 +89,7 @@ class JointAxis(Pitfall):
 
     def see(self, block: Block) -> None:
         """Add up the steps along the first two axes."""
-        if block.gt.shape[2] not in self._COORDINATES or block.gt.shape[1] < 3:
+        if not self.concerns(block.gt.shape[2]) or block.gt.shape[1] < 3:
             return
         rows = block.gt if self._last is None else np.concatenate([self._last, block.gt])
         self._last = block.gt[-1:]
@@ -76,14 +104,32 @@ class JointAxis(Pitfall):
         if self._counts.all():
             first, second = self._steps / self._counts
             if 0 < first < second / self._SMOOTHER and self._steps[1] > _SMOOTH * self._distances:
-                yield Found(
-                    "gt",
-                    1,
-                    (),
-                    "varies much more smoothly along the first axis than along the second: (frames, joints, "
-                    "coordinates) of one sequence? Expected (sequences, frames, features): "
-                    "array[None]",
-                )
+                text = "varies much more smoothly along the first axis than along the second"
+                yield Found("gt", 1, (), f"{text}: {self._message}")
+
+
+class JointAxis(FirstAxis):
+    """One sequence ``(T, J, C)`` of joints passed as ``(N, T, D)``."""
+
+    name = "joints"
+    _message = "(frames, joints, coordinates) of one sequence? Expected (sequences, frames, features): array[None]"
+
+    @staticmethod
+    def concerns(n_features: int) -> bool:
+        """Return whether the last axis may hold the coordinates of a joint."""
+        return n_features in _COORDINATES[:3]  # nine features may be three joints
+
+
+class TimeFirst(FirstAxis):
+    """Motion ``(T, N, ...)`` passed as ``(N, T, ...)``."""
+
+    name = "axes"
+    _message = "is time first? Expected (sequences, frames, features)"
+
+    @staticmethod
+    def concerns(n_features: int) -> bool:
+        """Return whether the last axis holds more than one joint."""
+        return not JointAxis.concerns(n_features)
 
 
 class Degrees(Pitfall):

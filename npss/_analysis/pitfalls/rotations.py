@@ -117,6 +117,55 @@ class Hemisphere(Pitfall):
             )
 
 
+class ComponentOrder(Pitfall):
+    """Quaternions x, y, z, w beside w, x, y, z."""
+
+    name = "component-order"
+    _ORDERS = ("w, x, y, z", "x, y, z, w")
+    _SHIFTS = (0, 1, -1)  # of the prediction's components
+    _CLOSE = 0.2  # distance, 1 - cos of half the angle: an angle of 74 degrees on average
+    _CLOSER = 4  # ratio of distances
+    _FEWEST = 8  # quaternions of sequences: with fewer, rotations at random may be close in another order
+    _SAME = 0.98  # of the second moment: quaternions so alike may be close in another order, too
+
+    def __init__(self) -> None:
+        self._distances = np.zeros(3)  # sums, by shift
+        self._moments = np.zeros((2, 4, 4))  # second moments of both motions
+        self._frames = 0  # of all quaternions
+        self._quaternions = 0
+        self._sequences = 0
+
+    def see(self, block: Block) -> None:
+        """Add up distances, of either sign, in each order."""
+        (gt_unit, gt), (pred_unit, pred) = (_unit_quaternions(motion) for _, motion in block.named())
+        n, q = np.nonzero(gt_unit & pred_unit)
+        truth, prediction = gt[n, :, q], pred[n, :, q]  # (quaternions, T, 4)
+        for i, shift in enumerate(self._SHIFTS):
+            products = (truth * np.roll(prediction, shift, axis=-1)).sum(axis=-1)
+            self._distances[i] += (1 - np.abs(products)).sum()
+        self._moments += [np.einsum("qti,qtj->ij", motion, motion) for motion in (truth, prediction)]
+        self._frames += truth.shape[0] * truth.shape[1]
+        self._quaternions += len(n)
+        self._sequences += len(block.gt)
+
+    def found(self) -> Iterator[Found]:
+        """Yield a finding if all together are much closer in another order."""
+        if self._quaternions < self._FEWEST:
+            return
+        as_given, *rolled = np.maximum(self._distances, 0) / self._frames
+        best = int(np.argmin(rolled))
+        alike = np.linalg.eigvalsh(self._moments / self._frames)[:, -1].max() > self._SAME
+        if alike or rolled[best] > self._CLOSE or self._CLOSER * rolled[best] > as_given:
+            return
+        first, other = self._ORDERS[:: -1 if best else 1]
+        yield Found(
+            "pred",
+            self._sequences,
+            (),
+            f"quaternions are much closer to the ground truth as {first}: {other} beside {first}?",
+        )
+
+
 def _unit_quaternions(motion: Float64) -> tuple[Mask, Float64]:
     """Return a mask of unit quaternions ``(n, Q)``, and quaternions ``(n, T, Q, 4)``; Q is 0 unless 4 divides D."""
     n, n_frames, d = motion.shape

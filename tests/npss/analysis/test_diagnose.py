@@ -26,7 +26,17 @@ from npss_baselines.data import h36m
 from npss_baselines.data.h36m_source import Human36M
 
 NAMES = (
-    *("wrap", "gimbal-flip", "quaternion-sign", "hemisphere", "constant", "shift", "context", "padding"),
+    *(
+        "wrap",
+        "gimbal-flip",
+        "quaternion-sign",
+        "hemisphere",
+        "component-order",
+        "constant",
+        "shift",
+        "context",
+        "padding",
+    ),
     *("poses", "degrees", "axes", "joints", "powerless", "weight", "no-real-power", "share"),
 )
 
@@ -77,7 +87,7 @@ def motion():
 
 
 def test_names_are_those_of_the_documentation():
-    assert tuple(pitfall.name for pitfall in PITFALLS) == NAMES
+    assert tuple(dict.fromkeys(pitfall.name for pitfall in PITFALLS)) == NAMES
     for name in NAMES:
         assert f"- ``{name}``: " in npss.diagnose.__doc__
         assert f"``'{name}'``" in npss.Finding.__doc__
@@ -333,6 +343,38 @@ def test_the_other_hemisphere(opposite):
     assert find(1.1 * gt, pred) == find(gt, 1.1 * pred) == []
     pred[:, 50:] *= -1  # not throughout: a flip is what is to be mended
     assert find(gt, pred, trap="hemisphere") == []
+
+
+@pytest.mark.parametrize("size", [0, 0.05, 0.3])
+def test_components_in_another_order(size):
+    """x, y, z, w beside w, x, y, z, in either motion; not in both, and not for any other prediction."""
+    rng = np.random.default_rng(0)
+    gt = npss.rotations.expmap_to_quaternion(walks(n=4)[..., :60].reshape(4, -1, 20, 3))
+    pred = gt + size * rng.normal(size=gt.shape)
+    pred /= np.linalg.norm(pred, axis=-1, keepdims=True)
+    (finding,) = find(gt, np.roll(pred, -1, axis=-1), trap="component-order")
+    assert (finding.argument, finding.severity, finding.count, finding.where) == ("pred", "warning", 4, ())
+    assert str(finding).endswith("closer to the ground truth as w, x, y, z: x, y, z, w beside w, x, y, z?")
+    (finding,) = find(np.roll(gt, -1, axis=-1), pred, trap="component-order")
+    assert str(finding).endswith("to the ground truth as x, y, z, w: w, x, y, z beside x, y, z, w?")
+    for first, second in ((gt, pred), (np.roll(gt, -1, axis=-1), np.roll(pred, -1, axis=-1)), (gt, -pred)):
+        assert find(first, second, trap="component-order") == []
+
+
+def test_components_in_order_give_no_alarm():
+    """Whatever the prediction: rotations at random, turned far away, standing still, another person's motion."""
+    rng = np.random.default_rng(1)
+    gt = npss.rotations.expmap_to_quaternion(walks(n=4)[..., :60].reshape(4, -1, 20, 3))
+    still = np.repeat(gt[:, :1], gt.shape[1], axis=1)
+    none = np.broadcast_to([1.0, 0, 0, 0], gt.shape)
+    for pred in (still, gt[::-1], gt[:, ::-1], none, gt[..., [0, 2, 1, 3]]):
+        assert find(gt, pred, trap="component-order") == find(pred, gt, trap="component-order") == []
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        random = rng.normal(size=(2, 1, 5, 2, 4))
+        random /= np.linalg.norm(random, axis=-1, keepdims=True)
+        assert find(*random, trap="component-order") == []
+    assert find(rng.normal(size=(2, 9, 8)), rng.normal(size=(2, 9, 8)), trap="component-order") == []
 
 
 def test_a_few_columns_that_look_like_quaternions_are_none():
@@ -619,6 +661,32 @@ def test_swapped_axes(motion):
     assert (finding.argument, finding.where) == ("gt", ())
     assert str(finding).endswith("is time last? Expected (sequences, frames, features)")
     assert [one.trap for one in find(motion[0][0].T, motion[1][0].T)] == ["axes"]
+
+
+@pytest.mark.parametrize("size", [3, 4, 6])
+def test_exchanged_axes_of_joints(motion, size):
+    """(N, J, T, C) and (T, N, J, C) in place of (N, T, J, C)."""
+    gt, pred = (array[..., : 8 * size].reshape(*array.shape[:2], 8, size) for array in motion)
+    assert find(gt, pred, trap="axes") == []
+    (finding,) = find(gt.swapaxes(1, 2), pred.swapaxes(1, 2), trap="axes")
+    assert str(finding).endswith("is time the third of four axes? Expected (sequences, frames, joints, coordinates)")
+    more = [np.concatenate([array, array[:, ::-1] * 0.9 + 0.1 * k], axis=0) for k, array in enumerate((gt, pred))]
+    (finding,) = find(*(array.swapaxes(0, 1) for array in more), trap="axes")
+    assert str(finding).endswith("along the second: is time first? Expected (sequences, frames, features)")
+    assert find(*more, trap="axes") == []
+
+
+def test_axes_of_real_motion(h36m_root):
+    """Windows that overlap or follow each other, in angles, quaternions and positions, are as they should be."""
+    poses = np.loadtxt(h36m_root / "dataset/S5/walking_1.txt", delimiter=",", dtype=np.float32)[::2]
+    turns = npss.rotations.expmap_to_quaternion(poses[:, 3:].reshape(len(poses), 32, 3))
+    places = poses_to_positions(poses)
+    for values in (npss.poses_to_euler(poses).reshape(len(poses), 33, 3), turns, places):
+        for stride, length in ((1, 50), (5, 10), (20, 100), (40, 30)):
+            motion = np.stack([values[i : i + length] for i in range(0, len(values) - length, stride)])
+            assert find(motion, motion, trap="axes") == []
+        apart = motion[::3]
+        assert find(apart.swapaxes(0, 1), apart.swapaxes(0, 1), trap="axes")
 
 
 def test_white_noise_and_two_frames_tell_nothing_about_the_axes():
