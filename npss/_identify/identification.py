@@ -22,7 +22,7 @@ class Identification:
     differences : dict of str to str
         The choices that differ from `nearest`, in words, by axis: ``'power'``, ``'bins'``, ``'distance'``,
         ``'weight'``, ``'aggregation'``, ``'factor'``, ``'mean'``, ``'axis'``; ``'scale'`` or ``'motion'`` if motion of
-        another scale, or unusual motion, scores otherwise; ``'precision'`` if the function is too coarse to tell;
+        another scale, or unusual motion, gets another score; ``'precision'`` if the function is too coarse to tell;
         ``'order'`` if that of the arguments is unknown. Empty for a named convention.
     choices : dict of str to str
         All choices, in words, by axis.

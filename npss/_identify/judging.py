@@ -64,7 +64,7 @@ def identification(subject: Subject, found: Found) -> Identification:
         example=(example.own, example.named),
     )
     merges = not _normalises_weights(subject, found)
-    return replace(result, text=text_of(result, found, choices, example.words, usual=rule.usual, merges=merges))
+    return replace(result, text=text_of(result, found, choices, example.words, rule, merges=merges))
 
 
 def _differ(axis: str, choices: Choices, other: Choices) -> bool:
@@ -102,7 +102,7 @@ def _on_unusual(subject: Subject, found: Found) -> dict[str, str]:
             fitting = (_aggregation(value, probe, each, found) for each in sizes)
             differences["aggregation"] = next(filter(None, fitting), "unknown")
         else:
-            differences["motion"] = f"{what} score otherwise: {_both(value, expected)}"
+            differences["motion"] = f"{what} get another score: {_both(value, expected)}"
     return differences
 
 
@@ -183,10 +183,10 @@ def _rules(subject: Subject, found: Found, choices: Choices) -> tuple[Rule, str 
         if len(numbers) == len(small):  # pragma: no branch - else it fails for some small motion
             epsilon = no_power.epsilon_of(numbers, small, choices, found.tolerance)
         if epsilon is None:
-            return rule, f"small motion scores otherwise: {other}"
-        rule = Rule(f"{rule.words}; {epsilon}, so small motion scores otherwise", rule.zero)
+            return rule, f"small motion gets another score: {other}"
+        rule = Rule(f"{rule.words}; {epsilon}, so small motion gets another score", rule.zero, small=True)
     if (other := _other(of_large, found)) is not None:
-        return rule, f"large motion scores otherwise: {other}"
+        return rule, f"large motion gets another score: {other}"
     return rule, None
 
 
@@ -274,7 +274,8 @@ def no_npss(subject: Subject, found: Found) -> Identification:
     )
     axes = ", ".join(TITLES.values())
     text = (
-        f"no NPSS: the values of {subject.name} fit no combination of the choices of public functions ({reasons}).\n"
+        f"It computes no NPSS: the values of {subject.name} fit no combination of the choices of public functions "
+        f"({reasons}).\n"
         f"The choices tried are of {axes}. It was called with {found.form.words()}."
     )
     if found.refused:

@@ -36,6 +36,7 @@ class Rule(NamedTuple):
     words: str
     zero: str | None = None
     usual: bool = False  # whether `zero` says it all, as npss scores
+    small: bool = False  # whether small motion counts as such, too
 
 
 class _Case(NamedTuple):

@@ -66,8 +66,8 @@ def test_a_function(capsys):
     status, out, err = run(capsys, "identify", "evaluation_code.metrics:npss")
     assert (status, err) == (0, "")
     assert out.startswith(
-        "power: squared magnitude; bins: one-sided, none doubled (rfft); weights: none: none of the named conventions; "
-        "nearest `paper`\n"
+        "It computes none of the named conventions; nearest: `paper`.\n"
+        "What differs: bins: one-sided, none doubled (rfft); weights: none.\n"
     )
     assert 'npss.Convention(bins="one-sided", weight="uniform")' in out
 
@@ -77,13 +77,13 @@ def test_order(capsys):
     assert out.startswith("The order of the arguments is unknown, and it decides; pass order= (--order)\n")
     status, out, _ = run(capsys, "identify", "evaluation_code.metrics:Metrics.either", "--order", "gt,pred")
     assert status == 0
-    assert out.startswith("`released`; nan where a feature has no power\n")
+    assert out.startswith("It computes `released`.\nWithout power: nan where a feature has no power.\n")
 
 
 def test_frame(capsys):
     status, out, _ = run(capsys, "identify", "evaluation_code.metrics:of_frames", "--frame", "5", "4")
     assert status == 0
-    assert out.startswith("`released`; ")
+    assert out.startswith("It computes `released`.\n")
 
 
 @pytest.mark.parametrize(

@@ -75,7 +75,7 @@ def test_named_conventions(name):
     assert result.custom == npss.CONVENTIONS[name]
     assert result.call == f'npss.score(gt, pred, convention="{name}")'
     assert result.example[0] == pytest.approx(result.example[1], rel=1e-9)
-    assert str(result).startswith(f"`{name}`; nan where a feature has no power\n")
+    assert str(result).startswith(f"It computes `{name}`.\nWithout power: nan where a feature has no power.\n")
 
 
 @pytest.mark.parametrize(
@@ -112,11 +112,15 @@ def test_weights_normalised_over_the_set_then_averaged():
 def test_the_sentence():
     choices = {**RELEASED, "weight": "pred", "aggregation": "sequence"}
     lines = str(npss.identify(function_of(choices))).splitlines()
-    assert lines[0] == (
-        "power: real part; weights: the prediction's total power (arguments swapped?); per sequence, then averaged: "
-        "none of the named conventions; nearest `released`"
+    assert lines[:2] == [
+        "It computes none of the named conventions; nearest: `released`.",
+        "What differs: weights: the prediction's total power (arguments swapped?); aggregation: per sequence, then "
+        "averaged.",
+    ]
+    assert lines[-1] == (
+        "NPSS: not comparable with the LaFAN1 in-betweening tables: its weights must be the ground truth's total "
+        "power; it must average over the whole set."
     )
-    assert lines[-1] == ("NPSS: not comparable with the LaFAN1 in-betweening tables: the convention must be released.")
 
 
 def test_two_numbers_on_one_example():
@@ -258,7 +262,7 @@ def test_no_npss(name):
     function, reason = NO_NPSS[name]
     result = npss.identify(function)
     assert (result.convention, result.nearest, result.differences) == (None, None, {})
-    assert str(result).startswith("no NPSS: ")
+    assert str(result).startswith("It computes no NPSS: ")
     assert reason in str(result)
 
 

@@ -107,7 +107,7 @@ class TestShapes:
             return released(gt, pred)
 
         text = str(npss.identify(of_frames))  # which takes six components for six features, and joints for frames
-        assert text.startswith("no NPSS: ")
+        assert text.startswith("It computes no NPSS: ")
         assert "\nIt does not take arrays (N, T, D): AssertionError" in text
         assert text.endswith("pass frame=(22, 4).")
 
@@ -479,7 +479,7 @@ class TestErrors:
             npss.identify(fails)
 
     def test_functions_without_a_signature(self):
-        assert str(npss.identify(np.hypot)).startswith("no NPSS: ")
+        assert str(npss.identify(np.hypot)).startswith("It computes no NPSS: ")
 
     def test_functions_that_refuse_what_is_unusual(self):
         def strict(gt, pred):
@@ -488,7 +488,7 @@ class TestErrors:
             return released(gt, pred)
 
         result = npss.identify(strict)
-        assert result.differences == {"scale": "large motion scores otherwise: raises ValueError"}
+        assert result.differences == {"scale": "large motion gets another score: raises ValueError"}
         assert result.call is None
 
     def test_motion_may_be_overwritten(self):

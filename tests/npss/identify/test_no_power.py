@@ -19,7 +19,7 @@ def test_rules_do_not_change_the_name(name, empty, zero, words):
     assert result.no_power == words
     assert result.custom.zero == zero
     assert "\nThe same in npss: " in str(result)
-    assert str(result).startswith(f"`{name}`; {words}\n")
+    assert str(result).startswith(f"It computes `{name}`.\nWithout power: {words}.\n")
 
 
 def test_nan():
@@ -83,7 +83,8 @@ def test_epsilons(name, exponent):
     epsilon = 10.0**-exponent
     result = npss.identify(function_of({**NAMED[name], "epsilon": epsilon}))
     assert result.convention == name
-    assert f"an epsilon of {epsilon:.3g} added to total powers, so small motion scores otherwise" in result.no_power
+    assert f"an epsilon of {epsilon:.3g} added to total powers, so small motion gets another score" in result.no_power
+    assert "\nThe same in npss, but for features without power and small motion: " in str(result)
 
 
 @pytest.mark.parametrize(
