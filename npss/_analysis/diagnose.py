@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from npss._analysis.pitfalls import NOTE, PITFALLS, WARNING, Block
+from npss._metric.convention import Convention, ConventionName, as_convention
 from npss._metric.sequences import Group, Lengths, read_motions
 from npss.validation import check_finite
 
@@ -69,7 +70,12 @@ class Finding:
 
 
 def diagnose(
-    gt: npt.ArrayLike, pred: npt.ArrayLike, *, lengths: Lengths = None, representation: str | None = None
+    gt: npt.ArrayLike,
+    pred: npt.ArrayLike,
+    *,
+    convention: ConventionName | Convention = "paper",
+    lengths: Lengths = None,
+    representation: str | None = None,
 ) -> tuple[Finding, ...]:
     """Look for pitfalls that change scores silently: jumps, flipped signs, shifts, padding, degrees, swapped axes.
 
@@ -77,6 +83,8 @@ def diagnose(
     ----------
     gt, pred : (N, T, D), (T, D) or (N, T, J, C) array_like
         As for `score`. Places of findings count the flattened features.
+    convention : {'paper', 'released', 'literal'} or Convention, optional
+        The convention of the score whose share of DC is noted; nothing else depends on it.
     lengths : (N,) array_like of int, optional
         As for `score`. Sequences of each length are looked at by themselves, as for lists of sequences that differ in
         length; the messages name the length.
@@ -121,8 +129,8 @@ def diagnose(
       prediction is not zero there;
     - ``weight``: a tenth of the features, or fewer, that hold nine tenths of the weight;
     - ``no-real-power``: predictions whose score by the convention ``released`` is rounding noise;
-    - ``share``: a score by ``paper`` that is mostly the share of DC (`Parts`), which says how much a feature moves, not
-      how; a note, since it is common.
+    - ``share``: a score by `convention` that is mostly the share of DC (`Parts`), which says how much a feature moves,
+      not how; a note, since it is common.
 
     In angles as `npss.poses_to_euler` returns them (99 columns, the first six zero), ``wrap`` and ``gimbal-flip`` are
     notes: the ground truth of Human3.6M has such jumps, and published tables leave them in.
@@ -138,11 +146,12 @@ def diagnose(
     note share, note: pred: 79% of the score by 'paper', ...
     """
     motions = read_motions(gt, pred, lengths=lengths, representation=representation, spectra=False)
-    findings = [finding for group in motions.groups for finding in _findings(group, by_length=motions.by_length)]
+    chosen = as_convention(convention)
+    findings = [one for group in motions.groups for one in _findings(group, chosen, by_length=motions.by_length)]
     return tuple(sorted(findings, key=lambda finding: finding.severity == NOTE))
 
 
-def _findings(group: Group, *, by_length: bool) -> list[Finding]:
+def _findings(group: Group, convention: Convention, *, by_length: bool) -> list[Finding]:
     """Look for pitfalls in sequences of one length."""
     truth, prediction = group.gt, group.pred
     check_finite("gt", truth)
@@ -154,7 +163,7 @@ def _findings(group: Group, *, by_length: bool) -> list[Finding]:
     with np.errstate(over="ignore", invalid="ignore"):  # values whose squares overflow count for no pitfall
         for top in range(0, len(truth), height):
             rows = slice(top, top + height)
-            block = Block(top, truth[rows].astype(np.float64), prediction[rows].astype(np.float64))
+            block = Block(top, truth[rows].astype(np.float64), prediction[rows].astype(np.float64), convention)
             for pitfall in pitfalls:
                 pitfall.see(block)
         findings = [Finding(pitfall.name, *found) for pitfall in pitfalls for found in pitfall.found()]

@@ -306,7 +306,7 @@ def report(
     >>> {joint: round(share, 2) for joint, share in report.joint_share.items()}
     {'knee': 0.51, 'hip': 0.49}
     >>> print(report.parts)
-    form 0.5889, share of DC +7.7921; with these shares the lowest score is 8.1648
+    form 0.5889, share of DC +7.7921; no prediction with such shares scores below 8.1648
     >>> report.interval()._asdict() == {"low": report.per_sequence.min(), "high": report.per_sequence.max()}
     True
     >>> type(report.interval()).__name__  # eight blocks: each sequence is its own

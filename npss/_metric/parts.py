@@ -41,9 +41,9 @@ class Parts(NamedTuple):
     >>> t = np.arange(100)[:, np.newaxis] / 25
     >>> walk = 1 + np.cos(2 * np.pi * t)
     >>> print(npss.report(walk, 2 + np.cos(2 * np.pi * t)).parts)
-    form 0.0000, share of DC +11.1111; with these shares the lowest score is 11.1111
+    form 0.0000, share of DC +11.1111; no prediction with such shares scores below 11.1111
     >>> print(npss.report(walk, 1 + np.cos(4 * np.pi * t)).parts)
-    form 1.3333, share of DC +0.0000; with these shares the lowest score is 0.0000
+    form 1.3333, share of DC +0.0000; no prediction with such shares scores below 0.0000
     """
 
     form: float
@@ -57,7 +57,7 @@ class Parts(NamedTuple):
         if share < 0:
             text += " (the true shares would raise the score)"
         if self.share_floor is not None:
-            text += f"; with these shares the lowest score is {self.share_floor:.4f}"
+            text += f"; no prediction with such shares scores below {self.share_floor:.4f}"
         return text
 
 

@@ -157,7 +157,8 @@ class _Action:
 
     def _diagnose(self) -> Iterator[tuple[str, list[str]]]:
         """Yield the findings about the ground truth, once, and about each prediction."""
-        diagnoses = {model: diagnose(self._gt, pred) for model, pred in self._preds.items()}
+        convention = self._options["convention"]
+        diagnoses = {model: diagnose(self._gt, pred, convention=convention) for model, pred in self._preds.items()}
         truth = [str(finding) for diagnosis in diagnoses.values() for finding in diagnosis if finding.argument == "gt"]
         yield TRUTH, list(dict.fromkeys(truth))
         for model, diagnosis in diagnoses.items():

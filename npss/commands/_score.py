@@ -239,7 +239,7 @@ def _record(
     motions = motion_pair(pair.gt, pair.pred, context.get("representation"))
     if options.unwrap != "off":
         motions = unwrap(motions[0]), unwrap(motions[1])
-    record["diagnosis"] = [str(finding) for finding in diagnose(*motions)]
+    record["diagnosis"] = [str(finding) for finding in diagnose(*motions, convention=options.convention or "paper")]
     if pair.stored_curve is not None and not record.get("still"):
         curve = euler_error_curve(pair.gt, pair.pred)
         record["stored_curve_difference"] = float(np.abs(curve - pair.stored_curve).max())

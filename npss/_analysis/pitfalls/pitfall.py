@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from npss._metric.convention import CONVENTIONS, Convention
 from npss.rotations._poses import POSE, UNSCORED
 from npss.validation import Float64
 
@@ -36,6 +37,7 @@ class Block(NamedTuple):
     top: int  # index of the first sequence
     gt: Float64  # (n, T, D)
     pred: Float64  # (n, T, D)
+    convention: Convention = CONVENTIONS["paper"]  # of the score
 
     def named(self) -> Iterator[tuple[str, Float64]]:
         """Yield both motions with the names of the arguments."""

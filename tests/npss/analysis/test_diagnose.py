@@ -932,6 +932,18 @@ def test_a_score_that_is_mostly_share():
     assert find(gt[0], gt[0] + 0.1, trap="share")
 
 
+def test_the_share_is_that_of_the_convention():
+    gt = walks()[:, 50:]
+    pred = gt + 0.1
+    for convention, name in (("released", "'released'"), (npss.Convention(weight="uniform"), "this convention")):
+        report = npss.report(gt, pred, convention=convention)
+        (finding,) = (one for one in npss.diagnose(gt, pred, convention=convention) if one.trap == "share")
+        share = report.parts.share / report.score
+        assert finding.message.startswith(f"{share:.0%} of the score by {name}, {report.score:.4g}, is the share of DC")
+    with pytest.raises(ValueError, match=r"^convention: "):
+        npss.diagnose(gt, pred, convention="released code")
+
+
 @pytest.mark.parametrize("mean", [0.5, 0.9, 0.99, 1.0])
 def test_shares_of_a_score_on_either_side_of_a_half(mean):
     t = 2 * np.pi * np.arange(100)[:, np.newaxis] / 100

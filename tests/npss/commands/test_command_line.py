@@ -55,7 +55,7 @@ class TestScore:
             "npss": {"released": npss.score(*motion, convention="released")},
             "signature": npss.signature("released", frames=100, unwrap="off"),
             "signatures": {"released": npss.signature("released", frames=100, unwrap="off")},
-            "diagnosis": [str(finding) for finding in npss.diagnose(*motion)],
+            "diagnosis": [str(finding) for finding in npss.diagnose(*motion, convention="released")],
         }
 
     def test_what_unwrap_has_removed_is_not_diagnosed(self, capsys, tmp_path):

@@ -286,7 +286,8 @@ def test_no_distance_is_below_its_floor(pair, convention):
 
 def test_text():
     assert (
-        str(Parts(0.25, 1.5, 1.25)) == "form 0.2500, share of DC +1.5000; with these shares the lowest score is 1.2500"
+        str(Parts(0.25, 1.5, 1.25))
+        == "form 0.2500, share of DC +1.5000; no prediction with such shares scores below 1.2500"
     )
     assert str(Parts(0.25, 1.5, None)) == "form 0.2500, share of DC +1.5000"
     for nothing in (0.0, -0.0, -1e-17, 4e-5, -4e-5):
