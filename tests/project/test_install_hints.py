@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = [Path(package.__file__).parent for package in (npss, npss_baselines)]
 HINT = re.compile(r"pip3? install ([^`\n]*)")
 #: The project folder or its baselines, with or without extras; or a tool of other projects.
-KNOWN = re.compile(r"(?:-[ce] \S+\.txt |-e )*'?\\?\.|(?:cosmic-ray|nox|pre-commit)\b|\{\}")
+KNOWN = re.compile(r"(?:-[ce] \S+\.txt |-e )*'?\\?\.|(?:cosmic-ray|lightning|nox|pre-commit)\b|\{\}")
 #: An extra of a name on the index, except the pin in the metadata.
 EXTRA = re.compile(
     r"npss(?:-metric|-baselines)?\[(?:all|h5|manifold|pandas|plot|reproduce|study|torch|torchmetrics)\b[\w,]*\](?!==)"
