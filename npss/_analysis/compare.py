@@ -24,7 +24,7 @@ from npss._metric.metric import Measured
 from npss._metric.parts import Parts
 from npss._metric.registry import EULER_ERROR, NPSS, metric_called
 from npss._metric.sequences import Lengths, differ_in_length, read_motions
-from npss._metric.signature import signature, stated_with, with_fields_of
+from npss._metric.signature import parse_signature, signature, stated_with, with_fields_of
 from npss.protocol._claims import check_claims
 from npss.validation import Seed, flattened, motion_with_joints, positive_number, real_array
 
@@ -73,6 +73,14 @@ class Comparison:
         """The first score minus the second, over the sequences in blocks: negative if the first is lower."""
         return self.a_in_blocks - self.b_in_blocks
 
+    @property
+    def _verdict(self) -> str:
+        """What the p-value says at 5 %, as text."""
+        if self.p_value is None or self.p_value > 0.05:
+            return "undecided: noise alone makes such a difference in more than 5 % of cases"
+        higher = parse_signature(self.signature).get("better") == "higher"
+        return f"the first is {'better' if (self.difference > 0) == higher else 'worse'}: the difference is more than noise"
+
     def interval(self, *, level: float = 0.95) -> Interval:
         """Return the confidence interval of the difference: the differences that the test does not reject.
 
@@ -112,6 +120,7 @@ class Comparison:
             ways = f"all {2**self.n}" if self.exact else f"{SAMPLES} random"
             lines = [
                 f"{first}, {low:.4f} to {high:.4f} (95 %), p = {self.p_value:.3g}, {better}",
+                f"  {self._verdict}",
                 f"  two-sided sign-flip test over {self.n} blocks, {ways} exchanges; interval: the differences "
                 f"not rejected",
             ]

@@ -182,9 +182,12 @@ class Poses(Pitfall):
                 self._root[argument] |= bool(motion[..., :UNSCORED].any())
 
     def found(self) -> Iterator[Found]:
-        """Yield a finding for each motion with a root among its 99 columns."""
+        """Yield a finding for each motion with a root among its 99 columns.
+
+        If the ground truth has none, it is converted, and `powerless` says that the prediction moves more.
+        """
         for argument, root in self._root.items():
-            if root:
+            if root and self._root["gt"]:
                 yield Found(
                     argument,
                     1,

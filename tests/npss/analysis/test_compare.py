@@ -441,6 +441,14 @@ def test_the_seed_draws_the_exchanges():
     assert few[0].p_value == few[1].p_value
 
 
+def test_the_text_has_a_verdict():
+    gt, one, other = motions(n=12)
+    near = gt + 0.01 * (one - gt)
+    assert "\n  the first is worse: the difference is more than noise\n" in str(npss.compare(gt, other, near))
+    assert "\n  undecided: noise alone makes" in str(npss.compare(gt, one, one))
+    assert "\n  the first is better: " in str(npss.compare(gt, near, other, metric="euler_error", at_ms=80, fps=25))
+
+
 def test_the_text_has_the_numbers_and_their_meaning():
     gt, one, other = motions()
     comparison = npss.compare(gt, one, other, fps=25, representation="euler")
@@ -448,6 +456,7 @@ def test_the_text_has_the_numbers_and_their_meaning():
     assert str(comparison).splitlines() == [
         f"{comparison.a:.4f} - {comparison.b:.4f} = {comparison.difference:.4f}, {low:.4f} to {high:.4f} (95 %), "
         f"p = {comparison.p_value:.3g}, the first is better in {comparison.better} of 8 blocks",
+        "  undecided: noise alone makes such a difference in more than 5 % of cases",
         "  two-sided sign-flip test over 8 blocks, all 256 exchanges; interval: the differences not rejected",
         f"  the first: {npss.report(gt, one).parts}",
         f"  the second: {npss.report(gt, other).parts}",
