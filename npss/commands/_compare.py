@@ -69,7 +69,8 @@ def run(options: argparse.Namespace) -> None:
     groups, context = groups_of(options), context_of(options)
     found = []
     for condition, pair in a.items():
-        fps, stated = described(pair, context)
+        fps, described_as = described(pair, context)
+        stated = {"unwrap": "off", **described_as}
         if verification := verified(pair, pair if pair.meta is None else None, stated.get("protocol"), fps):
             stated |= verification.stated
         gt, pred_a = features_of(pair)

@@ -167,14 +167,15 @@ def to_latex(
         ends = _latex(_ends(standing, digits))
         return f"{{\\tiny {ends}}}" if ends else ""
 
-    parts = ["% needs \\usepackage{booktabs}"]
+    parts = [f"% needs \\usepackage{{booktabs}}\n% {CITE}"]
     before = "" if caption is None else f"{caption} " if caption.rstrip().endswith((".", "!", "?")) else f"{caption}. "
     for number, part in enumerate(tables(standings, by, wide=wide), 1):
+        best = "best of the ranked models" if any(kind for _, kind in part.models) else "best"
         lines = [
             r"\begin{table}",
             r"\centering\footnotesize\setlength{\tabcolsep}{2pt}",
             f"\\caption{{{before}{_latex(part.action or 'All')}, ranked by {_latex(part.by)}: "
-            f"{_latex(direction(higher_headings(part.cells.values())))}, best in bold, "
+            f"{_latex(direction(higher_headings(part.cells.values())))}, {best} in bold, "
             f"{_latex(MARK)} significantly worse than the best}}",
         ]
         if label is not None:
@@ -202,7 +203,7 @@ def _in_three_lines(part: Table, notes: Sequence[str]) -> list[str]:
     kinds = dict.fromkeys(kind for _, kind in part.models if kind)
     italic = [f"In italics: {' and '.join(kinds)}."] if kinds else []
     sources = [note for note in notes if note.startswith(tuple(f"{kind.capitalize()} numbers" for kind in kinds))]
-    lines = [" ".join(beside), " ".join(marks), " ".join([*italic, *(sources if kinds else []), CITE])]
+    lines = [" ".join(beside), " ".join(marks), " ".join([*italic, *(sources if kinds else [])])]
     return [line for line in lines if line]
 
 
@@ -217,7 +218,7 @@ def _tabular(part: Table, cell: Callable[[Standing], str], below: Callable[[Stan
     for place, (model, kind) in enumerate(part.models):
         if kind and place and not part.models[place - 1][1]:
             lines.append(r"\midrule")
-        name = f"\\textit{{{_latex(model)}}}" if kind else _latex(model)
+        name = f"\\textit{{{_latex(_name(model, kind))}}}" if kind else _latex(model)
         lines.append(" & ".join([part.rank(model, kind), name, *part.row(model, kind, cell)]) + r" \\")
         if any(ends := part.row(model, kind, below)):
             lines.append(" & ".join(["", "", *ends]) + r" \\")

@@ -135,6 +135,15 @@ class TestScore:
             assert "Protocol srnn-8: verified: 8 windows" in out
             _, out, _ = run(capsys, "score", *files, "--protocol", "srnn-8-late")
             assert "it is eating on time (srnn-8)" in out
+        pred = gt.copy()
+        pred[:, 1:] = pred[:, :1]
+        np.savez(tmp_path / "other.npz", **samples((gt, pred), action="eating"))
+        command = ["compare", tmp_path / "samples.npz", tmp_path / "other.npz", "--convention", "paper"]
+        with pytest.warns(UserWarning, match="eating: these are the windows of srnn-8, some of which overlap"):
+            _, out, _ = run(capsys, *command)
+        assert "p = 0.00781" in out  # too small
+        _, out, err = run(capsys, *command, "--protocol", "srnn-8")
+        assert (err, "fewer than 6 blocks give no p-value" in out, "|unwrap:off" in out) == ("", True, True)
 
     def test_archives_pair_by_name(self, capsys, tmp_path, motion):
         for name, array in zip(("gt", "pred"), motion, strict=True):
