@@ -79,7 +79,8 @@ class Comparison:
         if self.p_value is None or self.p_value > 0.05:
             return "undecided: noise alone makes such a difference in more than 5 % of cases"
         higher = parse_signature(self.signature).get("better") == "higher"
-        return f"the first is {'better' if (self.difference > 0) == higher else 'worse'}: the difference is more than noise"
+        verdict = "better" if (self.difference > 0) == higher else "worse"
+        return f"the first is {verdict}: the difference is more than noise"
 
     def interval(self, *, level: float = 0.95) -> Interval:
         """Return the confidence interval of the difference: the differences that the test does not reject.

@@ -264,7 +264,7 @@ def reproduces(results: Results) -> Table:
 
 
 def table_2(results: Results, action: str) -> Table:
-    """Return Table 2: ranks of the models of the paper, by its tables and by the records."""
+    """Return Table 2: ranks of the models of the paper, by its tables and, if all have records, by these."""
     theirs = {}
     names = {row: PUBLISHED[row] for row in TABLE_2}
     for metric in ("euler_error", "released"):
@@ -274,14 +274,17 @@ def table_2(results: Results, action: str) -> Table:
             return Table("", [], [], [])
         ranks = study.rank(scores)
         theirs[metric] = {row: str(ranks[name]) for row, name in names.items()}
-    ours = [ranks_of(results, action, protocol, metric, TABLE_2) for _, protocol, metric in METRICS]
+    missing = [row for row in names if row not in results.of(action)]
+    measured = () if missing else METRICS
+    ours = [ranks_of(results, action, protocol, metric, TABLE_2) for _, protocol, metric in measured]
     rows = [
-        [row, theirs["euler_error"][row], theirs["released"][row], *(ranks.get(row, "") for ranks in ours)]
+        [row, theirs["euler_error"][row], theirs["released"][row], *(ranks[row] for ranks in ours)]
         for row in sorted(names, key=lambda row: int(theirs["released"][row]))
-        if any(ranks.get(row) for ranks in ours)
     ]
-    header = ["model", "Table 7", "Table 4", *(heading for heading, *_ in METRICS)]
+    header = ["model", "Table 7", "Table 4", *(heading for heading, *_ in measured)]
     notes = ["Ranks among these models. Table 7, Euler error: the sum over its six times, as the paper ranks."]
+    if missing:
+        notes.append(f"Not yet ranked here: {', '.join(missing)} {'have' if len(missing) > 1 else 'has'} no record.")
     return Table(f"Table 2, {action}: ranks", header, rows, notes, 1)
 
 
