@@ -182,6 +182,29 @@ class TestFind:
         rotations[start + round(0.09 * fps) :, joint] = motion.rotations[start + round(0.09 * fps) :, joint]
         assert find(replace(motion, rotations=rotations)) == []
 
+    @pytest.mark.parametrize("fps", [30.0, 120.0])
+    @pytest.mark.parametrize(("start", "end"), [(0.5, 1.0), (0.0, 0.5), (1.5, 2.0)])
+    def test_a_joint_that_leaps_into_its_hold_was_lost_before(self, fps, start, end):
+        """A tracker that loses a joint writes zeros: the first frame is no more true than the others."""
+        motion = swaying("lafan1", fps=fps)
+        joint, first, last = index_of(motion, "RightArm"), round(start * fps), round(end * fps)
+        tilted = Rotation.from_rotvec([0, 0, 1.2]).as_matrix()
+        rotations = motion.rotations.copy()
+        rotations[:, joint] = rotations[:, joint] @ tilted
+        rotations[first:last, joint] = np.eye(3)
+        assert find(replace(motion, rotations=rotations)) == [Gap("RightArm", "rotation", first, last, "held")]
+        hand = index_of(motion, "RightHand")  # does not leap, but is lost together with the arm
+        rotations[first:last, hand] = rotations[first, hand]
+        lost = find(replace(motion, rotations=rotations))
+        assert {(gap.joint, gap.start) for gap in lost} == {("RightArm", first), ("RightHand", first)}
+
+    def test_keys_that_are_held_are_kept(self):
+        """In stepped motion, every key leaps into its hold."""
+        motion = walking("lafan1", 60)
+        frames = np.arange(60) // 15 * 15
+        stepped = replace(motion, rotations=motion.rotations[frames], translations=motion.translations[frames])
+        assert {gap.start % 15 for gap in find(stepped)} <= {1}
+
     def test_joints_that_never_move_and_a_figure_at_rest_are_not_held(self):
         motion = swaying("mixamo", fps=30.0)
         rotations = motion.rotations.copy()

@@ -40,8 +40,10 @@ def find(motion: Bvh) -> list[Gap]:
 
     Joints are *held* if they do not change at all for `HELD` seconds while others move, though they change in nearly
     every frame otherwise, by steps that would add up to a least leap in this time; or if nothing changes, but the
-    figure moves before and afterwards. Joints *jump* if they leap
-    from one frame to the next, and back within `JUMP` seconds, with more acceleration than motion has: see `UNUSUAL`.
+    figure moves before and afterwards. The first of these frames is true, unless the joint leaps into it, or
+    another that is held in the same frames does. Joints *jump*
+    if they leap from one frame to the next, and back within `JUMP` seconds. A leap has more acceleration than motion:
+    see `UNUSUAL`.
 
     Parameters
     ----------
@@ -94,17 +96,39 @@ def _held(signals: list[_Signal], fps: float) -> list[Mask]:
     stretches = [[run for run in runs(own == 0) if run[1] - run[0] >= shortest] for own in steps]
     tracked = np.array([_tracked(own, long) for own, long in zip(steps, stretches, strict=True)])
     moving = (steps[tracked] > 0).any(axis=0)
-    held = []
+    found: list[list[tuple[int, int]]] = []  # of each signal, the stretches in which it is held
     for signal, own, long, is_tracked in zip(signals, steps, stretches, tracked, strict=True):
-        mask = np.zeros(len(own) + 1, bool)
         usual = float(np.median(own[own > 0])) if is_tracked and (own > 0).any() else 0.0
+        found.append([])
         for start, end in long:
             # If nothing else moves, the figure may rest at the beginning and at the end of the clip.
             alone = moving[start:end].mean() > 0.5
             if usual * (end - start) > signal.least and (alone or (start > 0 and end < len(own))):
-                mask[start + 1 : end + 1] = True
-        held.append(mask)
-    return held
+                found[-1].append((start, end))
+    # Joints that are lost together are lost from the same frame on, though some of them may not leap far.
+    leaping = {
+        run
+        for signal, own, long in zip(signals, steps, found, strict=True)
+        for run in long
+        if _leaps_in(signal, own, *run)
+    }
+    held = np.zeros(absent.shape, bool)
+    for mask, long in zip(held, found, strict=True):
+        for start, end in long:
+            mask[start + ((start, end) not in leaping) : end + 1] = True
+    return list(held)
+
+
+def _leaps_in(signal: _Signal, steps: Float64, start: int, end: int) -> bool:
+    """Return whether the first of equal frames is lost, too: the signal leaps to it, or if they begin the clip, away."""
+    leap, before = (start - 1, start - 2) if start else (end, end + 1)
+    if not 0 <= leap < len(steps):
+        return False
+    around = steps[before] if 0 <= before < len(steps) else 0.0
+    changes = np.linalg.norm(np.diff(signal.values, n=2, axis=0), axis=1)
+    # Where nothing changes, as between the keys of stepped motion, nothing is usual.
+    usual = UNUSUAL * np.median(changes[changes > 0])
+    return bool(steps[leap] - 2 * around > max(usual, signal.least))
 
 
 def _tracked(steps: Float64, long: list[tuple[int, int]]) -> bool:
