@@ -81,6 +81,10 @@ class Bvh:
         position channel replaces its coordinate.
     fps : float
         Frames per second.
+    degrees : (T, J, 3) ndarray of float64, optional
+        The rotation channels of every joint as a file states them, in the order of the file; 0 where there are none.
+        Many triples are the same rotation: `npss_baselines.data.bvh_writer` writes these for rotations that have not
+        changed.
     """
 
     skeleton: Skeleton
@@ -88,6 +92,7 @@ class Bvh:
     rotations: Float64
     translations: Float64
     fps: float
+    degrees: Float64 | None = None
 
     @property
     def root(self) -> Float64:
@@ -314,6 +319,7 @@ def _convert(header: _Header, rows: Float64) -> Bvh:
     rotations = np.tile(np.eye(3), (len(rows), len(joints), 1, 1))
     # The last column is for the rotations that a joint lacks.
     values = np.column_stack([np.nan_to_num(rows), np.zeros(len(rows))])
+    degrees = np.zeros((len(rows), len(joints), 3))
     by_order: dict[str, list[tuple[int, list[int]]]] = {}
     column = 0
     for j, joint in enumerate(joints):
@@ -329,12 +335,12 @@ def _convert(header: _Header, rows: Float64) -> Bvh:
             order += "".join(axis for axis in "XYZ" if axis not in order)
             by_order.setdefault(order, []).append((j, [*columns, -1, -1][:3]))
     for order, group in by_order.items():
-        angles = np.radians(values[:, [columns for _, columns in group]])
-        rotations[:, [j for j, _ in group]] = euler_to_matrix(angles, seq=order)
+        degrees[:, [j for j, _ in group]] = angles = values[:, [columns for _, columns in group]]
+        rotations[:, [j for j, _ in group]] = euler_to_matrix(np.radians(angles), seq=order)
         for j, columns in group:
             absent = np.isnan(rows[:, [column for column in columns if column >= 0]]).any(axis=1)
             rotations[absent, j] = np.nan
-    return Bvh(skeleton, tuple(joint.channels for joint in joints), rotations, translations, header.fps)
+    return Bvh(skeleton, tuple(joint.channels for joint in joints), rotations, translations, header.fps, degrees)
 
 
 def _names(joints: Sequence[_Joint]) -> list[str]:

@@ -17,6 +17,8 @@ __all__ = ["write"]
 
 #: Largest angle in degrees, or share of the skeleton's size, that a missing channel may leave out.
 TOLERANCE = 1e-4
+#: Largest difference of matrices of the same rotation.
+UNCHANGED = 1e-9
 _SEQUENCES = {"X": "XYZ", "Y": "YZX", "Z": "ZXY"}
 
 
@@ -28,7 +30,8 @@ def write(path: str | os.PathLike[str], motion: Bvh) -> None:
     path : path
         The file; an existing one is replaced once the new one is complete.
     motion : Bvh
-        The motion. Rotations are written as Euler angles in degrees, continuous in time, in each joint's own order.
+        The motion. Rotations are written as Euler angles in degrees, in each joint's own order: those of `Bvh.degrees`
+        for rotations that have not changed, and others continuous in time from the frame before.
 
     Raises
     ------
@@ -81,7 +84,8 @@ def _values(motion: Bvh, joint: int) -> Float64:
     if away.max(initial=0) > TOLERANCE * (1 + np.abs(motion.skeleton.offsets).max()):
         raise ValueError(f"{name}: it moves by {away.max():g} along an axis without a position channel")
     order = "".join(channel[0] for channel in channels if channel.endswith("rotation"))
-    degrees = np.degrees(_angles(motion.rotations[:, joint], order, name))
+    own = None if motion.degrees is None else motion.degrees[:, joint]
+    degrees = _degrees(motion.rotations[:, joint], order, name, own)
     by_channel = {f"{axis}rotation": degrees[:, i] for i, axis in enumerate(order)}
     by_channel |= {f"{axis}position": places[:, i] for i, axis in enumerate("XYZ")}
     columns: Float64 = (
@@ -90,10 +94,38 @@ def _values(motion: Bvh, joint: int) -> Float64:
     return columns
 
 
-def _angles(rotations: Float64, order: str, name: str) -> Float64:
-    """Return the Euler angles in radians, ``(T, n)``, of rotations about n axes, continuous in time."""
+def _degrees(rotations: Float64, order: str, name: str, own: Float64 | None) -> Float64:
+    """Return the Euler angles in degrees, ``(T, n)``, of rotations about n axes: own ones if they are the same."""
+    axes = len(order)
+    if own is None or not axes:
+        return np.degrees(_continuous(_angles(rotations, order, name), order))
+    seq = order + "".join(axis for axis in "XYZ" if axis not in order)
+    changed = np.abs(euler_to_matrix(np.radians(own), seq=seq) - rotations).max(axis=(1, 2)) > UNCHANGED
+    degrees = own[:, :axes].copy()
+    for start, end in np.flatnonzero(np.diff(np.r_[False, changed, False])).reshape(-1, 2):
+        angles = _angles(rotations[start:end], order, name)
+        if start:
+            angles = _continuous(angles, order, np.radians(degrees[start - 1]))
+        elif end < len(own):  # back from the first frame that has not changed
+            angles = _continuous(angles[::-1], order, np.radians(degrees[end]))[::-1]
+        else:
+            angles = _continuous(angles, order)
+        degrees[start:end] = np.degrees(angles)
+    return degrees
+
+
+def _continuous(angles: Float64, order: str, start: Float64 | None = None) -> Float64:
+    """Return the same rotations by the Euler angles ``(T, n)`` that are nearest to those of the frame before."""
     if len(order) == 3:
-        angles: Float64 = continuous_euler(matrix_to_euler(rotations, seq=order), seq=order, axis=0)
+        nearest: Float64 = continuous_euler(angles, seq=order, axis=0, start=start)
+        return nearest
+    return np.unwrap(angles if start is None else np.concatenate([[start], angles]), axis=0)[-len(angles) :]
+
+
+def _angles(rotations: Float64, order: str, name: str) -> Float64:
+    """Return the Euler angles in radians, ``(T, n)``, of rotations about n axes."""
+    if len(order) == 3:
+        angles: Float64 = matrix_to_euler(rotations, seq=order)
         return angles
     rest, columns = rotations, []
     for place, axis in enumerate(order):
@@ -105,7 +137,7 @@ def _angles(rotations: Float64, order: str, name: str) -> Float64:
     left_out = np.degrees(np.linalg.norm(matrix_to_expmap(rest), axis=-1)).max()
     if left_out > TOLERANCE:
         raise ValueError(f"{name}: it turns by {left_out:g} degrees about axes without a rotation channel")
-    return np.unwrap(np.stack(columns, axis=-1), axis=0) if columns else np.empty((len(rotations), 0))
+    return np.stack(columns, axis=-1) if columns else np.empty((len(rotations), 0))
 
 
 def _about(rotations: Float64, axis: int, reference: int) -> Float64:

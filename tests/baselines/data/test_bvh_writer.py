@@ -48,6 +48,24 @@ def test_angles_are_continuous(tmp_path):
     assert [float(row.split()[0]) for row in rows] == [170, 178, 186, 194]
 
 
+def test_channels_that_did_not_change_are_written_as_they_were_read(tmp_path):
+    """An animator's curves keep their turns, and their jumps to other angles of the same rotation."""
+    rows = [(350, 10, 20, 5), (351, 11, 20, 4), (352, 12, 20, 3), (-187, 167, 201, 362), (-186, 166, 202, 363)]
+    text = turning([0] * len(rows)).splitlines()[:-5] + [" ".join(map(str, row)) for row in rows]
+    motion = motion_of(tmp_path, "\n".join(text))
+    assert [tuple(map(float, row.split())) for row in bvh_writer.text(motion).splitlines()[-5:]] == rows
+    rotations = motion.rotations.copy()
+    rotations[1:3, 0] = euler_to_matrix(np.radians([[-8, 11, 20], [-7, 12, 20]]), seq="ZXY")  # by one degree
+    rotations[3:, 1] = euler_to_matrix(np.radians([[4, 0, 0], [5, 0, 0]]), seq="XYZ")
+    written = bvh_writer.text(dataclasses.replace(motion, rotations=rotations)).splitlines()[-5:]
+    expected = [rows[0], (352, 11, 20, 4), (353, 12, 20, 3), (*rows[3][:3], 4), (*rows[4][:3], 5)]
+    np.testing.assert_allclose([list(map(float, row.split())) for row in written], expected, rtol=0, atol=2e-6)
+    rotations[0, 0] = rotations[1, 0]
+    rotations[1:3, 0] = motion.rotations[1:3, 0]
+    first = bvh_writer.text(dataclasses.replace(motion, rotations=rotations)).splitlines()[-5]
+    np.testing.assert_allclose(list(map(float, first.split())), [352, 11, 20, 5], rtol=0, atol=2e-6)
+
+
 @pytest.mark.parametrize(
     ("field", "change", "message"),
     [

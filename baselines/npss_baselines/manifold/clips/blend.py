@@ -87,7 +87,8 @@ def _stretched(motion: Bvh, n_frames: int) -> Bvh:
     quaternions = without_flips(matrix_to_quaternion(motion.rotations))
     between = _at(quaternions, at)
     between /= np.linalg.norm(between, axis=-1, keepdims=True)
-    return replace(motion, rotations=quaternion_to_matrix(between), translations=_at(motion.translations, at))
+    translations = _at(motion.translations, at)
+    return replace(motion, rotations=quaternion_to_matrix(between), translations=translations, degrees=None)
 
 
 def _stretched_features(features: Float64, n_frames: int) -> Float64:

@@ -120,7 +120,7 @@ def _held(signals: list[_Signal], fps: float) -> list[Mask]:
 
 
 def _leaps_in(signal: _Signal, steps: Float64, start: int, end: int) -> bool:
-    """Return whether the first of equal frames is lost, too: the signal leaps to it, or if they begin the clip, away."""
+    """Return whether the first of equal frames is lost: a signal leaps to it, or if they begin the clip, away."""
     leap, before = (start - 1, start - 2) if start else (end, end + 1)
     if not 0 <= leap < len(steps):
         return False
