@@ -83,10 +83,10 @@ def add_parsers(commands: Any) -> None:
         "--like",
         nargs="+",
         type=Path,
-        default=[],
+        required=True,
         metavar="CLIP",
-        help="draw codes around those of these clips, BVH files with five windows or more in all (default: each hidden "
-        "unit uniformly from -1 to 1)",
+        help="draw motion like that of these clips, BVH files with five windows of N frames or more in all, each an "
+        "eighth of N after the one before",
     )
     sample.add_argument("--frames", type=int, default=160, metavar="N", help="sample N frames (default: %(default)s)")
     sample.add_argument("--seed", type=int, default=0, metavar="N", help="set the seed (default: %(default)s)")
@@ -230,15 +230,22 @@ def run_nearest(options: argparse.Namespace) -> None:
     motion = bvh.read(options.clip)
     by_name = {file.relative_to(options.folder).as_posix(): file for file in files}
 
+    def skip(name: str, error: Exception) -> None:
+        print(f"left out: {name}: {error}", file=sys.stderr)
+
     def clips() -> Iterator[tuple[str, Bvh]]:
         with Progress("reading clips") as progress:
             for done, (name, file) in enumerate(by_name.items(), 1):
-                yield name, bvh.read(file)
+                try:
+                    yield name, bvh.read(file)
+                except ValueError as error:
+                    skip(name, error)
                 progress(done / len(by_name))
 
-    ranked = nearest(motion, clips(), manifold=_manifold(options.manifold), **_read_as(options))[: options.n]
-    how = "G" if options.manifold else "equation 4 on scaled features"
-    print(f"nearest to {options.clip} of {len(files)} clips, by {how}:")
+    ranked = nearest(motion, clips(), manifold=_manifold(options.manifold), skip=skip, **_read_as(options))
+    how = "distance G of the manifold" if options.manifold else "extremes of positions and velocities"
+    print(f"nearest to {options.clip} of {len(ranked)} clips, by {how}; smaller is more alike, only the order counts:")
+    ranked = ranked[: options.n]
     print(table(("clip", "distance"), [(name, f"{distance:.4g}") for name, distance in ranked], "lr"))
     if options.output:
         chosen = {options.clip.stem: motion} | {name: bvh.read(by_name[name]) for name, _ in ranked}
@@ -268,15 +275,20 @@ def run_sample(options: argparse.Namespace) -> None:
 
     from npss_baselines.manifold import sample
     from npss_baselines.manifold.clips.search import features_of
+    from npss_baselines.manifold.model.prior import NEIGHBOURS
     from npss_baselines.manifold.motion.windows import windows_of
     from npss_baselines.manifold.show.side_by_side import Shown
 
     _check_outputs(options, options.like)
+    size = {"window": options.frames, "step": max(1, options.frames // 8)}
+    real = np.concatenate([windows_of(features_of(bvh.read(clip)), **size)[0] for clip in options.like])
+    if len(real) <= NEIGHBOURS:
+        raise ValueError(
+            f"--like: the clips give {len(real)} {'window' if len(real) == 1 else 'windows'} of {options.frames} "
+            f"frames at 30 per second, but {NEIGHBOURS + 1} are needed; give longer or more clips, or fewer --frames"
+        )
     manifold = _manifold(options.runs[0])
     assert manifold is not None
-    size = {"window": options.frames, "step": max(1, options.frames // 8)}
-    windows = [windows_of(features_of(bvh.read(clip)), **size)[0] for clip in options.like]
-    real = np.concatenate(windows) if windows else None
     outcome = sample(manifold, n_frames=options.frames, real=real, seed=options.seed)
     print(f"sampled by {outcome.way}: {options.frames} frames, seed {options.seed}")
     _write(options, outcome.motion, {"sample": Shown(outcome.motion, outcome.mapping, outcome.up)})

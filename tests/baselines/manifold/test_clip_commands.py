@@ -170,14 +170,19 @@ def test_nearest(clip, run, tmp_path, capsys):
         bvh_writer.write(folder / f"{seed}.BVH", walking("bandai", 45, seed=seed))
     assert call("nearest", clip, folder.parent, "-o", tmp_path / "near.html") == 0
     printed = capsys.readouterr().out
-    assert "of 2 clips, by equation 4 on scaled features:" in printed
+    assert "of 2 clips, by extremes of positions and velocities; smaller is more alike" in printed
     assert printed.index("deeper/0.BVH") < printed.index("deeper/3.BVH")
     assert call("nearest", clip, folder.parent, "-n", "1", "--manifold", run) == 0
     printed = capsys.readouterr().out
-    assert "by G:" in printed
+    assert "by distance G of the manifold; " in printed
     assert printed.count(".BVH") == 1
     assert call("nearest", clip, tmp_path / "clips", "-o", tmp_path / "near.bvh") == 2
     assert "near.bvh: expected a name that ends in .html, .svg, .pdf, .png" in capsys.readouterr().err
+    (folder / "bad.bvh").write_text("HIERARCHY\n", encoding="utf-8")
+    assert call("nearest", clip, folder.parent) == 0
+    printed, said = capsys.readouterr()
+    assert "of 2 clips" in printed
+    assert re.search(r"left out: deeper/bad.bvh: .*the file ends at line 1", said)
     (tmp_path / "empty").mkdir()
     assert call("nearest", clip, tmp_path / "empty") == 2
     assert "empty: expected a folder with other BVH files" in capsys.readouterr().err
@@ -197,8 +202,10 @@ def test_sample(clip, run, tmp_path, capsys):
     assert len(motion.rotations) == 16
     assert motion.skeleton.names[: len(NAMES)] != ()
     assert mapping.guess(motion.skeleton).joints["Head"] == "Head"
-    assert call("sample", run) == 0
-    assert "uniform of manifold-" in capsys.readouterr().out
+    assert call("sample", run, "--like", clip, "--frames", 44) == 2
+    assert "--like: the clips give 1 window of 44 frames" in capsys.readouterr().err
+    with pytest.raises(SystemExit):  # the paper's prior gives no plausible motion
+        call("sample", run)
 
 
 def test_pictures(run, tmp_path):
@@ -209,7 +216,7 @@ def test_pictures(run, tmp_path):
         ("repair", first, "--missing", "Head", "--to", 9, "--truth", first),
         ("interpolate", first, second),
         ("nearest", first, tmp_path),
-        ("sample", run),
+        ("sample", run, "--like", first, "--frames", 16),
     ):
         assert call(*command, "-o", picture) == 0
         assert picture.stat().st_size > 5000

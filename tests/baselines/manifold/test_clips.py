@@ -502,6 +502,10 @@ class TestNearest:
         lying.rotations[:, 0] = Rotation.from_rotvec([0, 0, np.pi / 2]).as_matrix()
         with pytest.raises(ValueError, match=r"^lying: positions: no facing direction at frame 0"):
             nearest(motion, [("lying", lying)])
+        left_out = []
+        ranked = nearest(motion, [("lying", lying), ("self", motion)], skip=lambda *why: left_out.append(why))
+        assert ranked == [("self", 0)]
+        assert [(name, str(error)[:30]) for name, error in left_out] == [("lying", "positions: no facing direction")]
 
 
 class TestManifold:

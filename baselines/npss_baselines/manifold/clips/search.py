@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,11 +26,13 @@ def nearest(
     manifold: Projector | None = None,
     mapping: JointMapping | None = None,
     up: Up | None = None,
+    skip: Callable[[str, ValueError], object] | None = None,
 ) -> list[tuple[str, float]]:
     """Rank clips by their distance to a clip.
 
-    The distance is the G of a manifold; or without one, equation 4 on features, whose positions and three velocities
-    are each scaled by their standard deviation over all frames of all clips.
+    The distance is the G of a manifold, equation 4 of Holden et al. (2015); or without one, the same of features, whose
+    positions and three velocities are each scaled by their standard deviation over all frames of all clips. It compares
+    the extremes of each feature, and only its order means something.
 
     Parameters
     ----------
@@ -44,6 +46,8 @@ def nearest(
         The common joints of all clips (default: guessed for each).
     up : {'y', 'z'}, optional
         The axis that points up in all clips (default: that along which the head is above the feet).
+    skip : callable, optional
+        Called with the name of a clip that cannot be prepared and the error, to leave it out (default: raise it).
 
     Returns
     -------
@@ -62,7 +66,10 @@ def nearest(
         try:
             features.append(features_of(other, mapping, up))
         except ValueError as error:
-            raise ValueError(f"{name}: {error}") from error
+            if skip is None:
+                raise ValueError(f"{name}: {error}") from error
+            skip(name, error)
+            continue
         names.append(name)
     if len(names) == 1:
         raise ValueError("others: expected at least one clip")
