@@ -41,6 +41,7 @@ class Player {
     this.yaw = 50; // degrees; 0 faces the viewer, 90 looks to the right
     this.pitch = 8;
     this.started = null; // time of frame 0 on the clock of the animation; null while paused
+    this.speed = 1;
 
     this.box = element("div", { className: abreast ? "panels abreast" : "panels" });
     this.button = element("button", { type: "button" });
@@ -95,11 +96,12 @@ class Player {
     this.button.textContent = this.words.pause;
     this.started = undefined; // set by the first animation frame
     cancelAnimationFrame(this.request);
+    const rate = this.figure.fps * this.speed;
     const tick = (now) => {
-      this.started ??= now - (this.frame / this.figure.fps) * 1000;
+      this.started ??= now - (this.frame / rate) * 1000;
       const elapsed = (now - this.started) / 1000;
-      if (elapsed * this.figure.fps >= this.frames + HOLD * this.figure.fps) this.started = now;
-      this.seek(Math.min(this.frames - 1, Math.max(0, Math.floor(((now - this.started) / 1000) * this.figure.fps))));
+      if (elapsed * rate >= this.frames + HOLD * rate) this.started = now;
+      this.seek(Math.min(this.frames - 1, Math.max(0, Math.floor(((now - this.started) / 1000) * rate))));
       this.request = requestAnimationFrame(tick);
     };
     this.request = requestAnimationFrame(tick);
@@ -115,10 +117,15 @@ class Player {
     if (frame === this.frame) return;
     this.frame = frame;
     const time = (index) => Math.round(((index + 1) * 1000) / this.figure.fps);
-    this.clock.value = fill(this.words.clock, { now: time(frame), end: time(this.frames - 1) });
+    this.clock.value = fill(this.words.clock, { now: time(frame), end: time(this.frames - 1), ...this.count(frame) });
     this.slider.value = frame;
     this.slider.ariaValueText = this.clock.value;
     this.draw();
+  }
+
+  // More words for the clock.
+  count() {
+    return {};
   }
 
   turn(yaw, pitch) {

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from npss_baselines.data.bvh import Bvh
     from npss_baselines.data.mapping import JointMapping
     from npss_baselines.manifold import Outcome
+    from npss_baselines.manifold.clips.gap import Line
     from npss_baselines.manifold.model.projector import Manifold
     from npss_baselines.manifold.show.side_by_side import Shown
 
@@ -398,17 +399,17 @@ def _restored(options: argparse.Namespace, motion: Bvh, outcome: Outcome) -> Non
             print(
                 f"joints that were missing are {after:.4f} body heights from the truth on average; before, {before:.4f}"
             )
-    _write(options, outcome.motion, _before_and_after(options, motion, outcome, truth), notes=said)
+    _write(options, outcome.motion, _before_and_after(options, motion, outcome, truth), said)
 
 
-def _say(options: argparse.Namespace, motion: Bvh, outcome: Outcome, how: str, said: Sequence[str] = ()) -> None:
+def _say(options: argparse.Namespace, motion: Bvh, outcome: Outcome, how: str, said: Sequence[Line] = ()) -> None:
     """Print what is known of a clip and of what was made of it."""
     print(
         f"{options.clip}: {len(motion.rotations)} frames, {motion.fps:g} per second; "
         f"{len(motion.skeleton.names)} joints, {outcome.up} up"
     )
     for line in said:
-        print(f"missing: {line}")
+        print(f"missing: {line.text}")
     print(how)
     if outcome.error.any():
         print(
@@ -433,10 +434,13 @@ def _write(
     options: argparse.Namespace,
     motion: Bvh | None,
     shown: dict[str, Shown],
-    notes: Sequence[str] = (),
+    said: Sequence[Line] = (),
 ) -> None:
     """Write the outputs."""
     from npss_baselines.manifold.show import side_by_side
+
+    notes = [line.text for line in said if line.start is None]
+    spans = [(line.text, line.start, line.end) for line in said if line.start is not None and line.end is not None]
 
     clip: Path | None = getattr(options, "clip", None)
     title = " ".join(word for word in (options.parser.prog.split()[-1], clip.name if clip else "") if word)
@@ -444,10 +448,12 @@ def _write(
         suffix = output.suffix.lower()
         if suffix == _PAGE:
             truth = "truth" if "truth" in shown else None
-            page = side_by_side.page(shown, title=title, notes=tuple(notes), truth=truth)
+            page = side_by_side.page(shown, title=title, notes=notes, spans=spans, truth=truth)
             write_text_atomically(output, page)
         elif suffix in _PICTURES:
-            write_figure_atomically(output, side_by_side.picture(shown, title, *notes))
+            texts = [line.text for line in said]
+            times = [(start, end) for _, start, end in spans]
+            write_figure_atomically(output, side_by_side.picture(shown, title, *texts, spans=times))
         elif motion is not None:
             bvh_writer.write(output, motion)
         print(output, file=sys.stderr)

@@ -93,6 +93,8 @@ def test_repair_what_is_given(clip, tmp_path, capsys):
         *[("truth", True), ("before", False), ("after", False)]
     ]
     assert shown["figure"]["fps"] == 30
+    assert shown["figure"]["rate"] == before.fps
+    np.testing.assert_allclose(shown["spans"], [[0.5, 0.8]], atol=0.5 / before.fps)
 
 
 @pytest.mark.usefixtures("_restorer")

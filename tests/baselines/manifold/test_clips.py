@@ -28,6 +28,7 @@ from npss_baselines.manifold.motion.runs import runs
 from npss_baselines.manifold.motion.scaling import fit_scaling
 from npss_baselines.manifold.restorers.conditional import Conditional
 from npss_baselines.manifold.restorers.interpolation import Interpolation
+from npss_baselines.manifold.show.side_by_side import Shown, picture
 
 DIALECTS = sorted(CHAINS)
 
@@ -535,3 +536,18 @@ class TestManifold:
         assert sample(manifold).way.startswith("uniform of ")
         assert guess(outcome.motion.skeleton).joints == {name: name for name in NAMES}
         assert body_height(common_places(outcome.motion)) == pytest.approx(170)
+
+
+class TestShown:
+    @pytest.mark.parametrize(
+        ("spans", "inside"), [([(0.5, 1.0), (1.5, 1.6)], 8), ([(1.0, 1.1)], 3), ([(0.0, 2.0)], 12), ([], 3)]
+    )
+    def test_most_figures_are_taken_from_the_stretches_to_look_at(self, spans, inside):
+        pytest.importorskip("matplotlib")
+        clip = walking("lafan1", 60)
+        drawn = picture({"clip": Shown(clip, guess(clip.skeleton), "y")}, spans=spans)
+        times = [float(text.get_text()) for text in drawn.axes[0].texts if text.get_text() != "clip"]
+        assert len(times) == len(set(times)) == 12
+        assert times == sorted(times)
+        looked_at = spans or [(0.5, 1.0), (1.5, 1.6)]
+        assert sum(any(start - 1e-9 <= time < end for start, end in looked_at) for time in times) == inside

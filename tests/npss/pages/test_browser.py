@@ -20,7 +20,7 @@ from npss import gait, study
 from npss._pages import Figure, Part, report_page, survey_page
 from npss._pages._html import resource
 from npss._pages.texts import read_texts
-from npss.commands import main
+from npss.commands import main, motion_page
 from npss.skeleton import H36M, poses_to_positions
 from survey_pages import OUT_OF_SIGHT, write_samples
 
@@ -83,8 +83,19 @@ def pages(tmp_path_factory):
         fps=25,
         skeleton=H36M,
     )
+    spans = [("frames 40 to 59: held", 0.4, 0.6), ("frames 80 to 89: jump", 0.8, 0.9)]
+    motion = motion_page(
+        {"before": walks(0)[0], "after": walks(1)[0]},
+        title="A clip",
+        fps=25,
+        skeleton=H36M,
+        truth="before",
+        notes=["A note."],
+        spans=spans,
+        frame_rate=100,
+    )
     addresses = {}
-    for name, html in (("survey", survey), ("report", report)):
+    for name, html in (("survey", survey), ("report", report), ("motion", motion)):
         path = folder / f"{name}.html"
         path.write_text(html, encoding="utf-8")
         addresses[name] = path.as_uri()
@@ -236,6 +247,34 @@ def test_figures_move_in_step_and_can_be_paused_and_scrubbed(open_page, page):
     assert button.text == "Pause"
     slider.send_keys(Keys.HOME)  # scrubbing pauses
     assert button.text == "Play"
+
+
+def test_stretches_of_time_can_be_looked_at(open_page):
+    browser = open_page("motion")
+    output, panels = get(browser, ".controls output"), get(browser, ".panels")
+    assert output.text == "frame 0, 0.00 s"  # half a second before the first one, or the beginning
+    back, on = every(browser, ".controls .step")
+    back.click()
+    on.click()
+    assert output.text == "frame 4, 0.04 s"
+    for _ in range(9):
+        assert "within" not in panels.get_attribute("class")
+        on.click()
+    assert output.text == "frame 40, 0.40 s"
+    assert "within" in panels.get_attribute("class")
+    slider = get(browser, ".time input").rect
+    for mark, (first, last) in zip(every(browser, ".track .span"), ((0.4, 0.6), (0.8, 0.9)), strict=True):
+        inside = slider["width"] - 16  # half a thumb on either side
+        assert mark.rect["x"] - slider["x"] == pytest.approx(8 + inside * first / 1.16, abs=1)
+        assert mark.rect["width"] == pytest.approx(inside * (last - first) / 1.16, abs=1)
+    Select(get(browser, ".speed select")).select_by_visible_text("0.25")
+    every(browser, "button.link")[1].click()
+    wait(browser, lambda b: float(output.text.split()[2]) > 0.36)
+    assert float(output.text.split()[2]) < 0.8
+    assert pause(browser).text == "Play"
+    for width in (1280, 320):
+        browser = open_page("motion", width=width)
+        assert browser.execute_script("return document.documentElement.scrollWidth") <= width
 
 
 SAMPLES = """

@@ -555,6 +555,21 @@ class TestMotions:
         assert [panel["truth"] for panel in page.data["panels"]] == [False]
         assert not page.attributes("ul")
 
+    def test_spans_can_be_looked_at(self):
+        spans = [("frames 12 to 23: held", 0.1, 0.2), (EVIL, 0.2, 0.3)]
+        html = motion_page({"walk": walks(1)[0]}, title="", fps=30, skeleton=H36M, spans=spans, frame_rate=120)
+        page = Page(html)
+        assert page.data["spans"] == [[0.1, 0.2], [0.2, 0.3]]
+        assert page.data["figure"]["rate"] == 120
+        links = [button for button in page.attributes("button") if button.get("class") == "link"]
+        assert [link["data-span"] for link in links] == ["0", "1"]
+        assert page.text.count(EVIL) == 1
+        for start, end in ((0.2, 0.2), (-1, 1)):
+            with pytest.raises(
+                ValueError, match=r"^spans: 'gap': expected seconds from 0 on, the first before the last"
+            ):
+                motion_page({"walk": walks(1)[0]}, title="", fps=30, skeleton=H36M, spans=[("gap", start, end)])
+
     @pytest.mark.parametrize(
         ("motions", "truth", "message"),
         [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -57,7 +57,23 @@ def lost_in(gaps: Iterable[Gap], motion: Bvh, mapping: JointMapping) -> Lost:
     )
 
 
-def lines(gaps: Sequence[Gap], motion: Bvh) -> list[str]:
+class Line(NamedTuple):
+    """What is missing in a stretch of time.
+
+    Attributes
+    ----------
+    text : str
+        In words.
+    start, end : float or None
+        The time of the first frame, and of the one after the last, in seconds; None for frames between keys.
+    """
+
+    text: str
+    start: float | None = None
+    end: float | None = None
+
+
+def lines(gaps: Sequence[Gap], motion: Bvh) -> list[Line]:
     """Say what is missing, one line for each stretch of time; frames between keys together."""
     together: dict[tuple[int, int, Why], list[str]] = {}
     n_joints = sum(bool(channels) for channels in motion.channels)
@@ -68,10 +84,10 @@ def lines(gaps: Sequence[Gap], motion: Bvh) -> list[str]:
     between = [gap.end - gap.start for gap in gaps if gap.why == "not a key"]
     if between:
         n_keys = len(motion.rotations) - sum(between)
-        said.append(f"{sum(between)} frames around {n_keys} keys, at most {max(between)} in a row")
-    for (start, end, why), joints in sorted(together.items()):
+        said.append(Line(f"{sum(between)} frames around {n_keys} keys, at most {max(between)} in a row"))
+    for (first, after, why), joints in sorted(together.items()):
         if why != "not a key":
             who = ", ".join(joints) if len(joints) < n_joints else "the whole figure"
-            seconds = f"{start / motion.fps:.2f} to {end / motion.fps:.2f} s"
-            said.append(f"frames {start} to {end - 1} ({seconds}): {who}: {why}")
+            start, end = first / motion.fps, after / motion.fps
+            said.append(Line(f"frames {first} to {after - 1} ({start:.2f} to {end:.2f} s): {who}: {why}", start, end))
     return said

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,7 +24,12 @@ _NAME = 2.0  # body heights at the left, for the row's name
 
 @by_defaults
 def strips(
-    motions: Mapping[str, Array], *notes: str, skeleton: Skeleton = JOINTS, n_figures: int = 12, fps: float = 30
+    motions: Mapping[str, Array],
+    *notes: str,
+    skeleton: Skeleton = JOINTS,
+    n_figures: int = 12,
+    frames: Sequence[int] | None = None,
+    fps: float = 30,
 ) -> Figure:
     """Draw each motion as a row of stick figures over time.
 
@@ -38,6 +43,8 @@ def strips(
         The skeleton of the motions.
     n_figures : int, optional
         Stick figures in a row, evenly spread from the first frame to the last.
+    frames : sequence of int, optional
+        The frames to draw instead; a shorter motion stays in its last frame.
     fps : float, optional
         Frames per second.
 
@@ -56,15 +63,17 @@ def strips(
     from matplotlib.patches import Rectangle
 
     axes = figure.subplots()
+    n_figures = n_figures if frames is None else len(frames)
     space = (_WIDTH / _HEIGHT - _NAME) / n_figures  # between figures, in body heights
     places = space * (np.arange(n_figures) + 0.5)
     bones = np.array(skeleton.bones)
     colours = np.array([_COLOUR[skeleton.sides[child]] for child, _ in bones])
     same_length = len({len(positions) for positions in motions.values()}) == 1
     for row, (name, positions) in enumerate(motions.items()):
-        frames = np.linspace(0, len(positions) - 1, n_figures).round().astype(int)
+        evenly = np.linspace(0, len(positions) - 1, n_figures).round().astype(int)
+        chosen = evenly if frames is None else np.minimum(frames, len(positions) - 1)
         ground = -row * _ROW
-        x, up, z = np.moveaxis(positions[frames], -1, 0)  # each (figures, J)
+        x, up, z = np.moveaxis(positions[chosen], -1, 0)  # each (figures, J)
         across = np.cos(_AZIMUTH) * x - np.sin(_AZIMUTH) * z
         near = np.sin(_AZIMUTH) * x + np.cos(_AZIMUTH) * z
         drawn = np.stack([across + places[:, np.newaxis], up + ground], axis=-1)[:, bones]  # (figures, bones, 2, 2)
@@ -78,7 +87,7 @@ def strips(
         axes.text(-_NAME, ground + 0.5, label(name).replace(", ", ",\n"), fontsize=SMALL, va="center")
         if not same_length or row == len(motions) - 1:
             digits = 1 if len(positions) > 2 * fps else 2
-            for place, frame in zip(places, frames, strict=True):
+            for place, frame in zip(places, chosen, strict=True):
                 axes.text(
                     place, ground - 0.05, f"{frame / fps:.{digits}f}", fontsize=TINY, color=GREY, ha="center", va="top"
                 )

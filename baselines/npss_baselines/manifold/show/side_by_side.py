@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from npss.commands import motion_page
 from npss.validation import Float64
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 #: The height of a figure on a page, in millimetres.
 HEIGHT = 1700.0
+#: The number of figures in a row of a picture.
+FIGURES = 12
 
 
 class Shown(NamedTuple):
@@ -34,7 +37,14 @@ class Shown(NamedTuple):
     up: Up
 
 
-def page(clips: Mapping[str, Shown], *, title: str, notes: tuple[str, ...] = (), truth: str | None = None) -> str:
+def page(
+    clips: Mapping[str, Shown],
+    *,
+    title: str,
+    notes: Sequence[str] = (),
+    spans: Sequence[tuple[str, float, float]] = (),
+    truth: str | None = None,
+) -> str:
     """Make a page on which the common joints of clips move side by side.
 
     Parameters
@@ -43,8 +53,10 @@ def page(clips: Mapping[str, Shown], *, title: str, notes: tuple[str, ...] = (),
         The clips by label. Those on the skeleton of the first one keep their places relative to it.
     title : str
         The headline.
-    notes : tuple of str, optional
+    notes : sequence of str, optional
         Lines below.
+    spans : sequence of (str, float, float), optional
+        Stretches of time to look at, in seconds, and what they are.
     truth : str, optional
         The label of the ground truth.
 
@@ -65,11 +77,23 @@ def page(clips: Mapping[str, Shown], *, title: str, notes: tuple[str, ...] = (),
         label: HEIGHT * (positions - (centre if clips[label].motion.skeleton.names == first else _centre(positions)))
         for label, positions in places.items()
     }
-    return motion_page(moved, title=title, fps=FPS, skeleton=JOINTS, truth=truth, notes=notes)
+    rate = next(iter(clips.values())).motion.fps
+    return motion_page(
+        moved, title=title, fps=FPS, skeleton=JOINTS, truth=truth, notes=notes, spans=spans, frame_rate=rate
+    )
 
 
-def picture(clips: Mapping[str, Shown], *notes: str) -> Figure:
+def picture(clips: Mapping[str, Shown], *notes: str, spans: Sequence[tuple[float, float]] = ()) -> Figure:
     """Draw each clip as a row of stick figures.
+
+    Parameters
+    ----------
+    clips : mapping of str to Shown
+        The clips by label.
+    *notes : str
+        Lines of the caption.
+    spans : sequence of (float, float), optional
+        Stretches of time, in seconds, from which most of the figures are taken.
 
     Raises
     ------
@@ -79,7 +103,25 @@ def picture(clips: Mapping[str, Shown], *notes: str) -> Figure:
     rows = {
         label: local_positions(prepare_clip(_upright(shown), shown.mapping).features) for label, shown in clips.items()
     }
-    return drawing.strips(rows, *notes)
+    longest = max(len(positions) for positions in rows.values())
+    return drawing.strips(rows, *notes, frames=_chosen(spans, longest) if spans else None)
+
+
+def _chosen(spans: Sequence[tuple[float, float]], n_frames: int) -> list[int]:
+    """Return up to `FIGURES` frames of a motion, two of three from stretches of time if they have as many."""
+    times = np.arange(n_frames) / FPS
+    within = np.any([(start <= times) & (times < end) for start, end in spans], axis=0)
+    inside, outside = np.flatnonzero(within), np.flatnonzero(~within)
+    n_inside = max(min(len(inside), FIGURES * 2 // 3), FIGURES - len(outside))
+    return sorted(
+        {int(frame) for part, n in ((inside, n_inside), (outside, FIGURES - n_inside)) for frame in _spread(part, n)}
+    )
+
+
+def _spread(frames: npt.NDArray[np.intp], n: int) -> npt.NDArray[np.intp]:
+    """Return up to n of some frames, evenly spread from the first to the last."""
+    n = min(n, len(frames))
+    return frames[np.linspace(0, len(frames) - 1, n).round().astype(int)] if n else frames[:0]
 
 
 def _upright(shown: Shown) -> Bvh:
