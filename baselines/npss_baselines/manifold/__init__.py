@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from npss_baselines.manifold.clips.blend import interpolate
     from npss_baselines.manifold.clips.example import damaged, example
     from npss_baselines.manifold.clips.gap import Gap
+    from npss_baselines.manifold.clips.insertion import insert
     from npss_baselines.manifold.clips.outcome import Outcome
     from npss_baselines.manifold.clips.projection import project
     from npss_baselines.manifold.clips.repair import fill, inbetween, repair
@@ -24,6 +25,7 @@ __all__ = [
     "example",
     "fill",
     "inbetween",
+    "insert",
     "interpolate",
     "nearest",
     "project",
@@ -38,6 +40,7 @@ _PLACES = {
     "example": "example",
     "fill": "repair",
     "inbetween": "repair",
+    "insert": "insertion",
     "interpolate": "blend",
     "nearest": "search",
     "project": "projection",

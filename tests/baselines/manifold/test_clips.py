@@ -12,11 +12,11 @@ from dialects import CHAINS, swaying, walking, with_z_up
 from npss_baselines.data.mapping import guess
 from npss_baselines.data.motion import JOINTS, NAMES
 from npss_baselines.data.upright import up_of, with_own_up, with_y_up
-from npss_baselines.manifold import fill, inbetween, interpolate, nearest, project, repair, sample
+from npss_baselines.manifold import fill, inbetween, insert, interpolate, nearest, project, repair, sample
 from npss_baselines.manifold.applications.corrupt import branch
 from npss_baselines.manifold.clips.comparison import restoration_error
 from npss_baselines.manifold.clips.filling import filled, last_known
-from npss_baselines.manifold.clips.finding import find
+from npss_baselines.manifold.clips.finding import find, leaps
 from npss_baselines.manifold.clips.gap import Gap, lost_in
 from npss_baselines.manifold.clips.lost import without_channels, without_places
 from npss_baselines.manifold.clips.restoring import closed, known_features
@@ -90,6 +90,10 @@ class TestLost:
             assert free == bool(lost.rotations[:, joint].any())
             if moved:
                 assert free == (moved <= expected)
+        carried = set(mapping.joints.values())
+        for joint, own in enumerate(motion.skeleton.names):
+            if missing != ["Hips"] and own not in carried and joint not in motion.skeleton.parents:
+                assert not lost.rotations[:, joint].any()  # the last joint of a finger keeps its rotation
         if missing == ["Hips"]:
             assert lost.rotations.all()
             assert lost.translations.all()
@@ -205,6 +209,31 @@ class TestFind:
         frames = np.arange(60) // 15 * 15
         stepped = replace(motion, rotations=motion.rotations[frames], translations=motion.translations[frames])
         assert {gap.start % 15 for gap in find(stepped)} <= {1}
+
+    @pytest.mark.parametrize("fps", [30.0, 120.0])
+    def test_a_figure_that_leaps_and_stays(self, fps):
+        motion = walking("lafan1", round(3 * fps), fps=fps)
+        assert leaps(motion) == []
+        frames = np.delete(np.arange(round(3 * fps)), slice(round(fps), round(1.7 * fps)))
+        cut = replace(motion, rotations=motion.rotations[frames], translations=motion.translations[frames])
+        assert leaps(cut) == [round(fps)]
+        assert leaps(cut, [Gap("Hips", "place", round(fps), round(fps) + 3, "given")]) == []
+
+    def test_joints_that_are_held_on_purpose(self):
+        """Knees that an animator holds at their limit for a moment are told apart by time, or by name."""
+        motion = walking("lafan1", 120, fps=60.0)
+        knee, hand = (index_of(motion, name) for name in ("LeftLeg", "RightForeArm"))
+        rotations = motion.rotations.copy()
+        rotations[20:28, knee] = rotations[20, knee]
+        rotations[60:90, hand] = rotations[60, hand]
+        clip = replace(motion, rotations=rotations)
+        assert [gap.joint for gap in repair(clip).gaps] == ["RightForeArm", "LeftLeg"]
+        for options in ({"shortest": 0.25}, {"only": ["RightForeArm"]}):
+            assert [gap.joint for gap in repair(clip, **options).gaps] == ["RightForeArm"]
+        with pytest.raises(ValueError, match=r"^only: 'left_foot' is not one of .*; did you mean LeftFoot\?$"):
+            repair(clip, only=["left_foot"])
+        with pytest.raises(ValueError, match=r"^shortest: "):
+            repair(clip, shortest=0)
 
     def test_joints_that_never_move_and_a_figure_at_rest_are_not_held(self):
         motion = swaying("mixamo", fps=30.0)
@@ -407,6 +436,34 @@ class TestInbetween:
             inbetween(motion, keys=[3], every=4)
         with pytest.raises(ValueError, match=r"^every: "):
             inbetween(motion, every=0)
+
+
+class TestInsert:
+    def test_frames_that_were_deleted(self):
+        motion = walking("lafan1", 90)
+        frames = np.r_[:30, 40:90]
+        cut = replace(motion, rotations=motion.rotations[frames], translations=motion.translations[frames])
+        longer = insert(cut, 30, 10)
+        assert len(longer.rotations) == 90
+        np.testing.assert_array_equal(longer.rotations[30:40], np.repeat(motion.rotations[29:30], 10, axis=0))
+        outcome = repair(longer, missing=["Hips"], start=30, end=40)
+        outside = np.r_[:30, 40:90]
+        np.testing.assert_array_equal(outcome.motion.rotations[outside], motion.rotations[outside])
+        after, before = (restoration_error(clip, motion, outcome) for clip in (outcome.motion, longer))
+        assert after < before / 2
+
+    @pytest.mark.parametrize(
+        ("at", "count", "error", "message"),
+        [
+            (0, 3, ValueError, "^at: expected a frame from 1 to 19, got 0"),
+            (20, 3, ValueError, "^at: expected"),
+            (1.5, 3, TypeError, "^at: expected a frame of the file, got 1.5"),
+            (3, 0, ValueError, "^insert: "),
+        ],
+    )
+    def test_invalid_places(self, at, count, error, message):
+        with pytest.raises(error, match=message):
+            insert(walking("lafan1", 20), at, count)
 
 
 class TestInterpolate:

@@ -78,8 +78,8 @@ def lines(gaps: Sequence[Gap], motion: Bvh) -> list[Line]:
     together: dict[tuple[int, int, Why], list[str]] = {}
     n_joints = sum(bool(channels) for channels in motion.channels)
     for gap in gaps:
-        also = {"place": " and all below it", "rotation": "", "translation": " (its translation)"}[gap.what]
-        together.setdefault((gap.start, gap.end, gap.why), []).append(f"{gap.joint}{also}")
+        form = {"place": "the place of {} and of all below it", "rotation": "{}", "translation": "{} (its translation)"}
+        together.setdefault((gap.start, gap.end, gap.why), []).append(form[gap.what].format(gap.joint))
     said = []
     between = [gap.end - gap.start for gap in gaps if gap.why == "not a key"]
     if between:

@@ -1,7 +1,8 @@
 """Which places and rotations of a clip are missing, frame by frame.
 
 A joint without a place: the bone to it and all that hangs from it are unknown, so every joint turns freely that carries
-nothing else. A joint without a rotation: the places of all joints below it are unknown, but their rotations are kept.
+nothing else. Joints without a common one at or below them, such as fingers, keep their rotation if anything is known. A
+joint without a rotation: the places of all joints below it are unknown, but their rotations are kept.
 """
 
 from __future__ import annotations
@@ -52,9 +53,10 @@ def without_places(missing: Mask, skeleton: Skeleton, mapping: JointMapping) -> 
         places[:, joint] |= places[:, JOINTS.parents[joint]]
     below, at = _carried(skeleton, mapping)
     seen = ~places
-    alone = places[:, _carrier(skeleton, mapping)]  # a joint that carries none goes with the one that carries it
+    # The last common joint of a limb turns freely; others that carry none, such as fingers, only with the whole figure.
+    alone = np.where(at.any(axis=1), ~_any(seen, at), ~seen.any(axis=1, keepdims=True))
     rotations = np.where(below.any(axis=1), ~_any(seen, below), alone)
-    translations = np.where(at.any(axis=1), ~_any(seen, at), alone)
+    translations = alone
     return Lost(places, rotations, translations)
 
 
@@ -82,18 +84,6 @@ def _carried(skeleton: Skeleton, mapping: JointMapping) -> tuple[Mask, Mask]:
         if mapping.joints[NAMES[tip]] is None:  # made from the bone to the hand
             below[:, tip], at[:, tip] = below[:, parent], at[:, parent]
     return below, below | at
-
-
-def _carrier(skeleton: Skeleton, mapping: JointMapping) -> npt.NDArray[np.intp]:
-    """Return the common joint at each joint of a skeleton or nearest above it; the hips above which there is none."""
-    carrier = np.full(len(skeleton.names), NAMES.index("Hips"))
-    indices = mapping.indices(skeleton)
-    for joint in skeleton._order:
-        if joint in indices:
-            carrier[joint] = indices.index(joint)
-        elif (parent := skeleton.parents[joint]) >= 0:
-            carrier[joint] = carrier[parent]
-    return carrier
 
 
 def _any(mask: Mask, of: Mask) -> Mask:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
+from difflib import get_close_matches
 
 import numpy as np
 
-from npss.validation import each, is_integer, positive_integer
+from npss.validation import each, is_integer, positive_integer, positive_number
 from npss_baselines.data.bvh import Bvh
 from npss_baselines.data.mapping import JointMapping, guess
 from npss_baselines.data.motion import NAMES
 from npss_baselines.data.upright import Up, up_of, with_own_up, with_y_up
 from npss_baselines.manifold.clips.filling import filled
-from npss_baselines.manifold.clips.finding import find
+from npss_baselines.manifold.clips.finding import HELD, find
 from npss_baselines.manifold.clips.gap import Gap, lost_in
 from npss_baselines.manifold.clips.outcome import Outcome
 from npss_baselines.manifold.clips.restoring import restored
@@ -29,6 +31,8 @@ def repair(
     missing: Collection[str] | None = None,
     start: int = 0,
     end: int | None = None,
+    only: Collection[str] | None = None,
+    shortest: float = HELD,
     restorer: Restorer | None = None,
     mapping: JointMapping | None = None,
     up: Up | None = None,
@@ -37,7 +41,8 @@ def repair(
 
     Without names, these are found: values that are not numbers; joints that are held, that is, do not change at all
     for .1 seconds or longer while others move; joints that jump, that is, leap from one frame to the next and back
-    within .2 seconds. See `Outcome.gaps`.
+    within .2 seconds. See `Outcome.gaps`. Joints that animators hold on purpose look the same: tell them apart by
+    `only` and `shortest`.
 
     Parameters
     ----------
@@ -48,6 +53,11 @@ def repair(
         missing, too (default: what is found).
     start, end : int, optional
         The first frame of the file in which they are missing, from 0 on, and the frame after the last (default: all).
+    only : collection of str, optional
+        Of joints that are held or jump, restore these alone, as the file or
+        `npss_baselines.data.motion.NAMES` names them.
+    shortest : float, optional
+        The shortest time for which a joint is held, in seconds.
     restorer : Restorer, optional
         The way to restore (default: the restorer that comes with the package, or else interpolation in time).
     mapping : JointMapping, optional
@@ -74,11 +84,15 @@ def repair(
     >>> fixed = repair(clip, missing=["RightHand"], start=60, end=120)  # doctest: +SKIP
     """
     joints = mapping or guess(motion.skeleton)
-    found = find(motion)
+    found = find(motion, shortest=positive_number("shortest", shortest))
+    if only is not None:
+        owned = [name for name, channels in zip(motion.skeleton.names, motion.channels, strict=True) if channels]
+        named = _own_names("only", only, joints, owned)
+        found = [gap for gap in found if gap.joint in named or gap.why == "not a number"]
     if missing is None:
         gaps = found
     else:
-        names = [_own_name(name, joints) for name in each("missing", missing, "names of joints", ordered=False)]
+        names = _own_names("missing", missing, joints)
         first, last = _frames(start, end, len(motion.rotations))
         gaps = [Gap(name, "place", first, last, "given") for name in names]
         gaps += [gap for gap in found if gap.why == "not a number"]
@@ -197,16 +211,22 @@ def _made(motion: Bvh, gaps: Sequence[Gap], restorer: Restorer | None, mapping: 
     return Outcome(with_own_up(fitted.motion, axis), mapping, axis, way.signature, tuple(gaps), fitted.error / height)
 
 
-def _own_name(name: str, mapping: JointMapping) -> str:
-    """Return a joint's name in the file, from that or from its common name."""
-    if not isinstance(name, str):
-        raise TypeError(f"missing: expected names of joints, got {name!r}")
-    if mapping.joints.get(name) is not None:
-        return str(mapping.joints[name])
-    if name not in mapping.joints.values():
-        known = ", ".join(f"{common} ({own})" for common, own in mapping.joints.items() if own is not None)
-        raise ValueError(f"missing: {name!r} is not one of the joints {known}")
-    return name
+def _own_names(argument: str, names: Collection[str], mapping: JointMapping, others: Collection[str] = ()) -> list[str]:
+    """Return joints' names in the file, from those or from their common names; others may be named, too."""
+    common = {name: own for name, own in mapping.joints.items() if own is not None}
+    known = {own: own for own in (*others, *common.values())} | common
+    found = []
+    for name in each(argument, names, "names of joints", ordered=False):
+        if not isinstance(name, str):
+            raise TypeError(f"{argument}: expected names of joints, got {name!r}")
+        if name not in known:
+            plain = {re.sub(r"[\W_]", "", word).lower(): word for word in known}
+            near = get_close_matches(re.sub(r"[\W_]", "", name).lower(), plain, n=1)
+            hint = f"; did you mean {plain[near[0]]}?" if near else ""
+            listed = ", ".join(f"{word} ({own})" for word, own in common.items())
+            raise ValueError(f"{argument}: {name!r} is not one of the joints {listed}{hint}")
+        found.append(known[name])
+    return found
 
 
 def _frames(start: int, end: int | None, n_frames: int) -> tuple[int, int]:
