@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from npss_baselines.manifold.model.projector import Manifold
     from npss_baselines.manifold.show.side_by_side import Shown
 
+#: The height in metres that lengths are given for: a file does not name its unit.
+_HEIGHT = 1.7
 _CLIP, _PAGE, _PICTURES = ".bvh", ".html", (".svg", ".pdf", ".png")
 
 
@@ -33,9 +35,23 @@ def add_parsers(commands: Any) -> None:
         "--missing",
         nargs="+",
         metavar="JOINT",
-        help="restore the places of these joints and of all below them (default: what is found: values that are nan, "
-        "joints that are held, joints that jump)",
+        help="restore the places of these joints and of all below them: those right above them turn, too (default: "
+        "what is found: values that are nan, joints that are held, joints that jump)",
     )
+    repair.add_argument(
+        "--only", nargs="+", metavar="JOINT", help="of the joints that are found, restore these (default: all)"
+    )
+    repair.add_argument(
+        "--shortest",
+        metavar="TIME",
+        help="find joints that are held this long or longer: .25s is in seconds, 10 in frames (default: .1s)",
+    )
+    repair.add_argument(
+        "--insert",
+        metavar="TIME",
+        help="insert as many frames before --at, where some were deleted: .5s is in seconds, 60 in frames",
+    )
+    repair.add_argument("--at", metavar="TIME", help="insert before this time: 2s is in seconds, 60 is a frame")
     fill = _add(commands, "fill", "fill in a joint and those below it", run_fill, restores=True)
     fill.add_argument("--joint", required=True, metavar="JOINT", help="fill in this joint, such as RightHand")
     for parser in (repair, fill):
@@ -162,16 +178,36 @@ def _add_output(parser: argparse.ArgumentParser) -> None:
 
 def run_repair(options: argparse.Namespace) -> None:
     """Repair a clip."""
-    from npss_baselines.manifold import repair
+    from npss_baselines.manifold import insert, repair
+    from npss_baselines.manifold.clips.finding import HELD
 
     motion = _read(options)
     start, end = _times(options, motion)
-    if options.missing is None and (start, end) != (0, None):
+    missing = options.missing
+    if (options.insert is None) != (options.at is None):
+        raise ValueError("--insert: expected --insert and --at together")
+    if options.insert is not None:
+        if missing is not None or (start, end) != (0, None):
+            raise ValueError("--insert: expected no --missing, --from or --to; repair the clip that is written again")
+        at, count = _frame("--at", options.at, motion.fps), _frame("--insert", options.insert, motion.fps)
+        motion = insert(motion, at, count)
+        missing, start, end = ["Hips"], at, at + count
+    elif missing is None and (start, end) != (0, None):
         raise ValueError("--missing JOINT: needed with --from and --to; without it, the whole clip is searched")
+    if missing is not None and (options.only is not None or options.shortest is not None):
+        raise ValueError("--only, --shortest: for what is found; expected no --missing or --insert")
+    shortest = HELD if options.shortest is None else _frame("--shortest", options.shortest, motion.fps) / motion.fps
     outcome = repair(
-        motion, missing=options.missing, start=start, end=end, restorer=_restorer(options), **_read_as(options)
+        motion,
+        missing=missing,
+        start=start,
+        end=end,
+        only=options.only,
+        shortest=shortest,
+        restorer=_restorer(options),
+        **_read_as(options),
     )
-    _restored(options, motion, outcome)
+    _restored(options, motion, outcome, searched=missing is None)
 
 
 def run_fill(options: argparse.Namespace) -> None:
@@ -208,7 +244,10 @@ def run_interpolate(options: argparse.Namespace) -> None:
         motion, other, options.share, manifold=_manifold(options.manifold), mappings=mappings, up=options.up
     )
     n_frames = len(outcome.motion.rotations)
-    how = f"interpolated with {options.share:g} of {options.second}, {outcome.way}: {n_frames} frames"
+    how = (
+        f"interpolated with {options.share:g} of {options.second}, {outcome.way}: both are stretched to {n_frames} "
+        f"frames ({n_frames / motion.fps:.2f} s); steps are not aligned, and a T-pose at the beginning stays"
+    )
     _say(options, motion, outcome, how)
     shown = {
         f"0: {options.clip.stem}": Shown(motion, mappings[0], outcome.up),
@@ -297,10 +336,23 @@ def run_sample(options: argparse.Namespace) -> None:
 
 def run_mapping(options: argparse.Namespace) -> None:
     """Show the common joints of a clip."""
-    guessed = joint_mapping.guess(bvh.read(options.clip, missing=True).skeleton)
-    print(guessed)
+    skeleton = bvh.read(options.clip, missing=True).skeleton
     if options.output:
         check_output(options.output, [options.clip])
+    try:
+        guessed = joint_mapping.guess(skeleton)
+    except ValueError as error:
+        if options.output is None:
+            raise
+        print("the joints of the clip, each below the one that carries it:")
+        for line in joint_mapping.tree(skeleton):
+            print(f"  {line}")
+        joint_mapping.write_blank(options.output)
+        print(f"not guessed: {str(error).partition(';')[0]}", file=sys.stderr)
+        print(f"{options.output}: fill in the blanks with names of joints of the clip", file=sys.stderr)
+        return
+    print(guessed)
+    if options.output:
         guessed.write(options.output)
         print(options.output, file=sys.stderr)
 
@@ -335,18 +387,26 @@ def _read(options: argparse.Namespace) -> Bvh:
 
 def _times(options: argparse.Namespace, motion: Bvh) -> tuple[int, int | None]:
     """Return the frames of --from and --to."""
-    frames: list[int | None] = []
-    for option, text in (("--from", options.start), ("--to", options.end)):
-        if text is None:
-            frames.append(None)
-        elif re.fullmatch(r"\d+", text):
-            frames.append(int(text))
-        elif re.fullmatch(r"\d+(\.\d*)?s", text):
-            # Frames from this time on; 2s of 30 frames per second is frame 60.
-            frames.append(math.ceil(round(float(text[:-1]) * motion.fps, 6)))
-        else:
-            raise ValueError(f"{option}: expected seconds such as 2.5s, or a frame such as 75, got {text!r}")
-    return frames[0] or 0, frames[1]
+    start, end = (
+        None if text is None else _frame(option, text, motion.fps)
+        for option, text in (("--from", options.start), ("--to", options.end))
+    )
+    if start is not None and end is not None and 0 < end - start < 3 and not f"{options.start}{options.end}".count("s"):
+        frames = "frame" if end - start == 1 else "frames"
+        print(
+            f"--from {start} --to {end}: {end - start} {frames}; write {start}s and {end}s for seconds", file=sys.stderr
+        )
+    return start or 0, end
+
+
+def _frame(option: str, text: str, fps: float) -> int:
+    """Return the frame of a time, or the number of frames of a duration."""
+    if re.fullmatch(r"\d+", text):
+        return int(text)
+    if re.fullmatch(r"(\d+\.?\d*|\.\d+)s", text):
+        # Frames from this time on; 2s of 30 frames per second is frame 60.
+        return math.ceil(round(float(text[:-1]) * fps, 6))
+    raise ValueError(f"{option}: expected seconds such as 2.5s, or a frame such as 75, got {text!r}")
 
 
 def _mapping(motion: Bvh, file: Path | None = None) -> JointMapping:
@@ -380,26 +440,59 @@ def _up(motion: Bvh, mapping: JointMapping) -> Any:
     return up_of(motion, mapping)
 
 
-def _restored(options: argparse.Namespace, motion: Bvh, outcome: Outcome) -> None:
+def _restored(options: argparse.Namespace, motion: Bvh, outcome: Outcome, *, searched: bool = False) -> None:
     """Say what was restored, and write it."""
     from npss_baselines.manifold.clips.comparison import restoration_error
-    from npss_baselines.manifold.clips.gap import lines
+    from npss_baselines.manifold.clips.finding import leaps
+    from npss_baselines.manifold.clips.gap import Line, lines
     from npss_baselines.manifold.restorers.file import SHIPPED
 
     said = lines(outcome.gaps, motion)
-    how = f"restored by {outcome.way}" if said else "nothing is missing: the clip stays as it is"
-    if said and options.restorer is None and not SHIPPED.exists():
-        how += ": interpolated in time, since no restorer is given and the package has none"
+    if not said:
+        how = "no damage found: the clip stays as it is (joints that leap and stay there are not looked for)"
+    elif options.restorer is not None:
+        how = f"restored by {options.restorer}"
+    elif SHIPPED.exists():
+        how = "restored by the restorer of the package"
+    else:
+        how = "interpolated in time, since no restorer is given and the package has none"
     _say(options, motion, outcome, how, said)
+    if any(gap.why == "given" for gap in outcome.gaps):
+        _say_turned(motion, outcome)
+    if searched:
+        for frame in leaps(motion, outcome.gaps)[:3]:
+            print(
+                f"the figure leaps to frame {frame} ({frame / motion.fps:.2f} s) and stays; if N frames were deleted "
+                f"there, give --insert N --at {frame}"
+            )
     truth = None
     if options.truth is not None:
         truth = bvh.read(options.truth)
         if outcome.gaps:
-            after, before = (restoration_error(clip, truth, outcome) for clip in (outcome.motion, motion))
-            print(
-                f"joints that were missing are {after:.4f} body heights from the truth on average; before, {before:.4f}"
-            )
-    _write(options, outcome.motion, _before_and_after(options, motion, outcome, truth), said)
+            error = restoration_error(outcome.motion, truth, outcome)
+            # What is restored may be right in the clip: it was only taken to be missing.
+            before = f"; before, {_length(restoration_error(motion, truth, outcome))}" if searched else ""
+            print(f"joints that were missing are {_length(error)} from the truth on average{before}")
+    notes = [Line(f"restored by {outcome.way}")] if said else []
+    _write(options, outcome.motion, _before_and_after(options, motion, outcome, truth), [*said, *notes])
+
+
+def _say_turned(motion: Bvh, outcome: Outcome) -> None:
+    """Print which joints turn so that others come to their places."""
+    import numpy as np
+
+    with np.errstate(invalid="ignore"):
+        trace = np.einsum("tjab,tjab->tj", motion.rotations, outcome.motion.rotations)
+    degrees = np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1)))
+    most = np.nanmax(np.where(np.isnan(degrees), 0, degrees), axis=0)
+    turned = [f"{motion.skeleton.names[joint]} ({most[joint]:.0f})" for joint in np.flatnonzero(most > 0.5)]
+    if 0 < len(turned) <= 8:
+        print(f"joints that turn otherwise than before (by up to so many degrees): {', '.join(turned)}")
+
+
+def _length(heights: float) -> str:
+    """Say a length in body heights, and in centimetres."""
+    return f"{heights:.4f} body heights ({100 * _HEIGHT * heights:.1f} cm at a height of {_HEIGHT:g} m)"
 
 
 def _say(options: argparse.Namespace, motion: Bvh, outcome: Outcome, how: str, said: Sequence[Line] = ()) -> None:
@@ -412,10 +505,13 @@ def _say(options: argparse.Namespace, motion: Bvh, outcome: Outcome, how: str, s
         print(f"missing: {line.text}")
     print(how)
     if outcome.error.any():
+        mean, most = (100 * _HEIGHT * error for error in (outcome.error.mean(), outcome.error.max()))
         print(
-            f"inverse kinematics: joints are {outcome.error.mean():.4f} body heights from where they should be on "
-            f"average, {outcome.error.max():.4f} at most"
+            f"bones keep their lengths, so joints are {mean:.1f} cm from the places that were made for them on "
+            f"average, {most:.1f} at most, at a height of {_HEIGHT:g} m; this says nothing about the truth"
         )
+    if not options.output:
+        print("nothing is written; give -o FILE", file=sys.stderr)
 
 
 def _before_and_after(

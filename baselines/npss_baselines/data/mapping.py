@@ -58,6 +58,8 @@ class JointMapping:
                 raise ValueError(f"{name}: unknown; expected {', '.join(NAMES)}")
             if not (isinstance(joint, str) or (joint is None and name in MADE)):
                 raise TypeError(f"{name}: expected the name of a joint, got {joint!r}")
+            if joint == "":
+                raise ValueError(f"{name}: blank; fill in the name of a joint")
         chosen = [joint for joint in self.joints.values() if joint is not None]
         if duplicates := [joint for joint in chosen if chosen.count(joint) > 1]:
             twice = [name for name, joint in self.joints.items() if joint == duplicates[0]]
@@ -151,6 +153,29 @@ def read(path: str | os.PathLike[str]) -> JointMapping:
         return JointMapping(values)
     except (TypeError, ValueError) as error:
         raise type(error)(f"{path}: {error}") from error
+
+
+def write_blank(path: str | os.PathLike[str]) -> None:
+    """Write a mapping without names of joints to a file, to be filled in."""
+    blank = {name: None if name in MADE else "" for name in NAMES}
+    write_text_atomically(Path(path), json.dumps(blank, indent=2) + "\n")
+
+
+def tree(skeleton: Skeleton) -> list[str]:
+    """Return the names of a skeleton's joints, each indented below the one that carries it."""
+    return [f"{'  ' * len(_ancestors(skeleton, i))}{skeleton.names[i]}" for i in _by_depth(skeleton)]
+
+
+def _by_depth(skeleton: Skeleton) -> Iterator[int]:
+    """Yield the joints of a skeleton, each before those below it, limb by limb."""
+    below = [
+        [i for i, parent in enumerate(skeleton.parents) if parent == joint] for joint in range(-1, len(skeleton.names))
+    ]
+    rest = below[0][::-1]
+    while rest:
+        joint = rest.pop()
+        yield joint
+        rest += below[joint + 1][::-1]
 
 
 def guess(skeleton: Skeleton) -> JointMapping:

@@ -18,14 +18,14 @@ SOURCES: Registry[Source] = Registry(
 
 
 _ARGUMENTS = """
-    action actions apart application arguments average budget by cache caption checkpoint-every clip clips
-    columns config damaged data depth device draws end every extra facing folder format fps frames from
-    future h help hold-out iterations joint keys label layers level like list loss manifold mapping max-size
-    method methods metrics missing model models n name o only out output parser past pictures plan plugin
-    protocol published quick recipe reference report restorer resume run run-name runs scale second seed
-    seeds select sequences share shell size start stats subjects tensorboard test test-windows tf32 threads
-    to train train-windows transitions truth units unwrap up validate-every validate-on version whole wide
-    windows workers
+    action actions apart application arguments at average budget by cache caption checkpoint-every clip
+    clips columns config damaged data depth device draws end every extra facing folder format fps frames
+    from future h help hold-out insert iterations joint keys label layers level like list loss manifold
+    mapping max-size method methods metrics missing model models n name o only out output parser past
+    pictures plan plugin protocol published quick recipe reference report restorer resume run run-name
+    runs scale second seed seeds select sequences share shell shortest size start stats subjects
+    tensorboard test test-windows tf32 threads to train train-windows transitions truth units unwrap up
+    validate-every validate-on version whole wide windows workers
 """
 #: Names of the commands' own arguments, which no option of a source can have. A test compares them with the commands.
 RESERVED = tuple(_ARGUMENTS.split())

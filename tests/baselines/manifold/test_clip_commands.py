@@ -2,12 +2,14 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from dialects import walking
+from npss.skeleton import Skeleton
 from npss_baselines.__main__ import main
 from npss_baselines.data import bvh, bvh_writer, mapping
 from npss_baselines.data.motion import NAMES
@@ -77,18 +79,26 @@ def test_repair_what_is_given(clip, tmp_path, capsys):
     outside = np.r_[:start, end : len(before.rotations)]
     np.testing.assert_allclose(after.rotations[outside], before.rotations[outside], rtol=0, atol=PRECISION)
     np.testing.assert_allclose(after.translations, before.translations, rtol=0, atol=1e-6)
+    own = mapping.guess(before.skeleton).joints["RightArm"]  # turns, so that the forearm comes to its place
     changed = np.abs(after.rotations - before.rotations).max(axis=(0, 2, 3)) > 1e-4
     arm = mapping.guess(before.skeleton).joints["RightArm"]
     assert changed[before.skeleton.names.index(arm)]
     assert all("Right" in name or "r" in name.lower() for name in np.array(before.skeleton.names)[changed])
     printed, said = capsys.readouterr()
     assert f"missing: frames {start} to {end - 1} (0.50 to 0.80 s): " in printed
-    assert "restored by gaussian-12-" in printed
-    error = float(re.search(r"that were missing are (\S+) body heights from the truth", printed)[1])
+    assert "restored by the restorer of the package" in printed
+    error, cm = map(float, re.search(r"are (\S+) body heights \((\S+) cm .*\) from the truth on av", printed).groups())
     assert error < 0.1
-    assert re.search(r"inverse kinematics: joints are 0\.0\d+ body heights from where they should be", printed)
+    assert cm == pytest.approx(170 * error, abs=0.1)
+    assert "; before, " not in printed  # what was given may have been right
+    assert re.search(
+        r"so joints are \d\.\d cm from the places that were made for them on average, \d+\.\d at most", printed
+    )
+    assert re.search(rf"turn otherwise than before \(by up to so many degrees\): .*{re.escape(own)} \(\d+\)", printed)
     assert said.split() == [str(fixed), str(page)]
-    shown = json.loads(re.search(r'id="data">(.*?)</script>', page.read_text(encoding="utf-8"))[1])
+    text = page.read_text(encoding="utf-8")
+    assert "<li>restored by gaussian-12-" in text
+    shown = json.loads(re.search(r'id="data">(.*?)</script>', text)[1])
     assert [(panel["label"], panel["truth"]) for panel in shown["panels"]] == [
         *[("truth", True), ("before", False), ("after", False)]
     ]
@@ -120,7 +130,7 @@ def test_repair_what_is_found(clip, tmp_path, capsys):
     assert ": not a number" in printed
     np.testing.assert_allclose(after.rotations[:, knee], before.rotations[:, knee], rtol=0, atol=0.3)
     assert call("repair", clip, "-o", tmp_path / "same.bvh") == 0
-    assert "nothing is missing: the clip stays as it is" in capsys.readouterr().out
+    assert "no damage found: the clip stays as it is" in capsys.readouterr().out
     before, after = opened(tmp_path / "same.bvh", clip)
     np.testing.assert_allclose(after.rotations, before.rotations, rtol=0, atol=PRECISION)
 
@@ -156,7 +166,9 @@ def test_interpolate(clip, run, tmp_path, capsys):
     half, page = tmp_path / "half.bvh", tmp_path / "half.html"
     assert call("interpolate", clip, other, "--share", ".5", "-o", half, "-o", page) == 0
     opened(half, clip)
-    assert "interpolated with 0.5 of " in capsys.readouterr().out
+    assert re.search(
+        r"interpolated with 0.5 of .* both are stretched to \d+ frames \(1\.[45]\d s\)", capsys.readouterr().out
+    )
     shown = json.loads(re.search(r'id="data">(.*?)</script>', page.read_text(encoding="utf-8"))[1])
     assert [panel["label"] for panel in shown["panels"]] == [f"0: {clip.stem}", "between: 0.5", "1: other"]
     assert call("interpolate", clip, other, "--manifold", run, "-o", half) == 0
@@ -238,13 +250,65 @@ def test_mapping(clip, tmp_path, capsys):
     assert "Head: the skeleton has no joint 'Tail'" in capsys.readouterr().err
 
 
-class TestRefusals:
-    @pytest.fixture
-    def walk(self, tmp_path, monkeypatch):
-        monkeypatch.setattr(file, "default", lambda: Interpolation("hermite"))  # whether or not the package has one
-        bvh_writer.write(path := tmp_path / "walk.bvh", walking("lafan1", 40))
-        return path
+def test_a_mapping_to_fill_in(tmp_path, capsys):
+    """Where names say nothing, there is something to edit."""
+    rest = walking("lafan1", 20)
+    names = [f"Bone{number:03}" for number in range(len(rest.skeleton.names))]
+    skeleton = Skeleton(names, rest.skeleton.parents, rest.skeleton.offsets)
+    bvh_writer.write(clip := tmp_path / "bones.bvh", replace(rest, skeleton=skeleton))
+    assert call("mapping", clip) == 2
+    path = tmp_path / "bones.json"
+    assert call("mapping", clip, "-o", path) == 0
+    printed, said = capsys.readouterr()
+    assert re.search(r"^  Bone000\n    Bone001$", printed, re.MULTILINE)
+    assert "bones.json: fill in the blanks" in said
+    blank = json.loads(path.read_text(encoding="utf-8"))
+    assert list(blank) == list(NAMES)
+    assert call("repair", clip, "--mapping", path) == 2
+    assert "Hips: blank; fill in the name of a joint" in capsys.readouterr().err
+    own = mapping.guess(rest.skeleton).joints
+    filled = {name: own[name] and names[rest.skeleton.names.index(own[name])] for name in blank}
+    path.write_text(json.dumps(filled), encoding="utf-8")
+    assert call("repair", clip, "--mapping", path) == 0
 
+
+@pytest.fixture
+def walk(tmp_path, monkeypatch):
+    monkeypatch.setattr(file, "default", lambda: Interpolation("hermite"))  # whether or not the package has one
+    bvh_writer.write(path := tmp_path / "walk.bvh", walking("lafan1", 40))
+    return path
+
+
+def test_frames_that_were_deleted_are_inserted(walk, tmp_path, capsys):
+    motion = walking("lafan1", 90)
+    kept = np.r_[:30, 45:90]
+    bvh_writer.write(
+        cut := tmp_path / "cut.bvh",
+        replace(motion, rotations=motion.rotations[kept], translations=motion.translations[kept]),
+    )
+    assert call("repair", cut) == 0
+    printed, said = capsys.readouterr()
+    assert "no damage found" in printed
+    assert "the figure leaps to frame 30 (1.00 s) and stays; if N frames were deleted there, give --insert N" in printed
+    assert "nothing is written; give -o FILE" in said
+    assert call("repair", cut, "--insert", ".5s", "--at", 30, "-o", tmp_path / "whole.bvh") == 0
+    printed, said = capsys.readouterr()
+    assert "missing: frames 30 to 44 (1.00 to 1.50 s): " in printed
+    assert "nothing is written" not in said
+    whole = bvh.read(tmp_path / "whole.bvh")
+    assert len(whole.rotations) == 90
+    np.testing.assert_allclose(whole.rotations[np.r_[:30, 45:90]], motion.rotations[kept], rtol=0, atol=PRECISION)
+
+
+def test_frames_are_not_taken_for_seconds(walk, capsys):
+    assert call("repair", walk, "--missing", "Head", "--from", 1, "--to", 2) == 0
+    assert "--from 1 --to 2: 1 frame; write 1s and 2s for seconds" in capsys.readouterr().err
+    for times in (("1", "9"), (".1s", ".12s")):
+        assert call("repair", walk, "--missing", "Head", "--from", times[0], "--to", times[1]) == 0
+        assert "for seconds" not in capsys.readouterr().err
+
+
+class TestRefusals:
     @pytest.mark.parametrize(
         ("options", "message"),
         [
@@ -258,6 +322,13 @@ class TestRefusals:
                 "expected frames from 0 to 40, the first before the last",
             ),
             (["--missing", "Head", "--to", "2s"], "got 0 to 60"),
+            (["--missing", "right_hand"], "; did you mean RightHand?"),
+            (["--insert", "9"], "--insert: expected --insert and --at together"),
+            (["--insert", "9", "--at", "0"], "--at: expected a frame from 1 to 39, got 0"),
+            (["--insert", "9", "--at", "5", "--missing", "Head"], "--insert: expected no --missing, --from or --to"),
+            (["--missing", "Head", "--shortest", "1s"], "--only, --shortest: for what is found"),
+            (["--shortest", "0"], "--shortest: "),
+            (["--only", "Tail"], "--only: 'Tail' is not one of the joints Hips"),
             (["--from", "5"], "--missing JOINT: needed with --from and --to"),
             (["-o", "fixed.fbx"], "fixed.fbx: expected a name that ends in .bvh, .html, .svg, .pdf, .png"),
             (["-o", "walk.bvh"], "walk.bvh: would overwrite an input"),

@@ -23,8 +23,9 @@ LEAST_TURN, LEAST_MOVE = np.radians(3), 0.05
 #: A leap is longer than this many times the median acceleration and twice the steps before and after it. Of 46 clips of
 #: CMU, the largest leaps of 42 reach 11.7 times, at 120 and at 30 frames per second; the others have joints that flip.
 UNUSUAL = 15.0
-#: The same for places of the whole figure. In 28 clips of CMU, from .2 seconds on, the largest leap reaches 7.8
-#: times. Where half a second is cut out, 95 of 100 leaps exceed 20 times at 120 frames per second, and 75 of 100 exceed 10 at 30.
+#: The same for places of the whole figure. In 28 clips of CMU, from .2 seconds on, the largest leap reaches 7.8 times.
+#: Where half a second is cut out, 95 of 100 leaps exceed 20 times at 120 frames per second, and 75 of 100 exceed 10 at
+#: 30.
 CUT = 10.0
 
 

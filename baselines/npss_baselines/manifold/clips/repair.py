@@ -184,7 +184,10 @@ def inbetween(
     else:
         is_key[:] = [True, *_changes(motion)]
         if is_key.all():
-            raise ValueError("keys: no frame is held, so every frame is a key; name the keys, or every how many frames")
+            raise ValueError(
+                "keys: no frame is held, so every frame is a key; name the keys, or every how many frames, or insert "
+                "frames where some were deleted"
+            )
     if is_key.sum() < 2:
         raise ValueError("keys: expected at least two")
     joints = mapping or guess(motion.skeleton)
