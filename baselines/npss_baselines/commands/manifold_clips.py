@@ -195,7 +195,7 @@ def run_repair(options: argparse.Namespace) -> None:
     elif missing is None and (start, end) != (0, None):
         raise ValueError("--missing JOINT: needed with --from and --to; without it, the whole clip is searched")
     if missing is not None and (options.only is not None or options.shortest is not None):
-        raise ValueError("--only, --shortest: for what is found; expected no --missing or --insert")
+        raise ValueError("--only, --shortest: choose from what is found; expected no --missing or --insert")
     shortest = HELD if options.shortest is None else _frame("--shortest", options.shortest, motion.fps) / motion.fps
     outcome = repair(
         motion,

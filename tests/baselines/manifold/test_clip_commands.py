@@ -326,7 +326,7 @@ class TestRefusals:
             (["--insert", "9"], "--insert: expected --insert and --at together"),
             (["--insert", "9", "--at", "0"], "--at: expected a frame from 1 to 39, got 0"),
             (["--insert", "9", "--at", "5", "--missing", "Head"], "--insert: expected no --missing, --from or --to"),
-            (["--missing", "Head", "--shortest", "1s"], "--only, --shortest: for what is found"),
+            (["--missing", "Head", "--shortest", "1s"], "--only, --shortest: choose from what is found"),
             (["--shortest", "0"], "--shortest: "),
             (["--only", "Tail"], "--only: 'Tail' is not one of the joints Hips"),
             (["--from", "5"], "--missing JOINT: needed with --from and --to"),

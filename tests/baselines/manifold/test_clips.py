@@ -234,6 +234,9 @@ class TestFind:
             repair(clip, only=["left_foot"])
         with pytest.raises(ValueError, match=r"^shortest: "):
             repair(clip, shortest=0)
+        for options in ({"shortest": 0.25}, {"only": ["Head"]}):
+            with pytest.raises(ValueError, match=r"^only, shortest: choose from what is found"):
+                repair(clip, missing=["Head"], end=9, **options)
 
     def test_joints_that_never_move_and_a_figure_at_rest_are_not_held(self):
         motion = swaying("mixamo", fps=30.0)

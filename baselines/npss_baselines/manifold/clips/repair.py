@@ -85,6 +85,8 @@ def repair(
     """
     joints = mapping or guess(motion.skeleton)
     found = find(motion, shortest=positive_number("shortest", shortest))
+    if missing is not None and (only is not None or shortest != HELD):
+        raise ValueError("only, shortest: choose from what is found; expected no missing")
     if only is not None:
         owned = [name for name, channels in zip(motion.skeleton.names, motion.channels, strict=True) if channels]
         named = _own_names("only", only, joints, owned)
