@@ -279,22 +279,39 @@ def times_of(*, is_euler: bool, metrics: Sequence[str], fps: float | None, n_fra
 def blocks_of(pair: Pair, action: str, groups: Mapping[str, Groups] | None, stated: Mapping[str, Any]) -> Groups:
     """Return the blocks of the sequences of a pair: as given, as its file states them, or as its protocol has them."""
     own = groups[action] if groups else pair.groups
-    if own is None and "protocol" not in stated and (name := _overlapping(pair, action)):
+    blocks = known_blocks(stated.get("protocol"), action, pair.gt.shape) if own is None else own
+    if blocks is None and (overlap := overlapping(pair.gt)):
+        i, j, shift = overlap
         warnings.warn(
-            f"{action}: these are the windows of {name}, some of which overlap, so p-values and intervals are too "
-            f"small: state the protocol (--protocol {name})",
+            f"{action}: sequences {i} and {j} overlap, {shift} frames apart. They are not independent, "
+            "so p-values and intervals are too small: give groups (--groups), or a protocol whose blocks are known "
+            "(--protocol)",
             stacklevel=2,
         )
-    return known_blocks(stated.get("protocol"), action, pair.gt.shape) if own is None else own
+    return blocks
 
 
-def _overlapping(pair: Pair, action: str) -> str | None:
-    """Return the protocol whose windows samples of Human3.6M hold, told by its checksum; None if they hold others."""
-    if pair.meta is not None or action not in ACTIONS or pair.gt.shape[:2] != (8, 100):
-        return None
-    for name in ("srnn-8", "srnn-8-late"):
-        if verify(pair.gt, name, action=action).ok:
-            return name
+def overlapping(gt: Array) -> tuple[int, int, int] | None:
+    """Find two sequences of a ground truth that overlap in time.
+
+    Parameters
+    ----------
+    gt : (N, T, ...) ndarray
+        The ground truth.
+
+    Returns
+    -------
+    tuple of int or None
+        The first such sequence, another, and after how many frames of it the other begins. Of motion that stands still,
+        nothing can be told.
+    """
+    motion = gt.reshape(*gt.shape[:2], -1)
+    sums = motion.sum(axis=-1)  # equal frames have equal sums
+    first = dict(zip(sums[:, 0].tolist(), range(len(motion)), strict=True))
+    for i, shift in np.argwhere(np.isin(sums, sums[:, 0])).tolist():
+        j, rest = first[sums[i, shift].item()], motion[i, shift:]
+        if j != i and (rest != rest[0]).any() and np.array_equal(rest, motion[j, : len(rest)]):
+            return i, j, shift
     return None
 
 

@@ -262,7 +262,7 @@ def run_nearest(options: argparse.Namespace) -> None:
     from npss_baselines.manifold import nearest
     from npss_baselines.manifold.show.side_by_side import Shown
 
-    files = [file for file in sorted(options.folder.rglob("*")) if file.suffix.lower() == ".bvh"]
+    files = [file for file in sorted(options.folder.rglob("*")) if file.suffix.lower() == ".bvh" and file.is_file()]
     files = [file for file in files if not file.samefile(options.clip)]
     if not files:
         raise ValueError(f"{options.folder}: expected a folder with other BVH files")
@@ -270,17 +270,24 @@ def run_nearest(options: argparse.Namespace) -> None:
     motion = bvh.read(options.clip)
     by_name = {file.relative_to(options.folder).as_posix(): file for file in files}
 
+    unread: list[str] = []
+
     def skip(name: str, error: Exception) -> None:
-        print(f"left out: {name}: {error}", file=sys.stderr)
+        print(f"left out: {name}: {str(error).removeprefix(f'{by_name[name]}: ')}", file=sys.stderr)
 
     def clips() -> Iterator[tuple[str, Bvh]]:
         with Progress("reading clips") as progress:
             for done, (name, file) in enumerate(by_name.items(), 1):
                 try:
-                    yield name, bvh.read(file)
-                except ValueError as error:
+                    clip = bvh.read(file)
+                except (OSError, ValueError) as error:
                     skip(name, error)
+                    unread.append(name)
+                else:
+                    yield name, clip
                 progress(done / len(by_name))
+        if len(unread) == len(by_name):
+            raise ValueError(f"{options.folder}: none of its BVH files can be read")
 
     ranked = nearest(motion, clips(), manifold=_manifold(options.manifold), skip=skip, **_read_as(options))
     how = "distance G of the manifold" if options.manifold else "extremes of positions and velocities"
@@ -320,6 +327,8 @@ def run_sample(options: argparse.Namespace) -> None:
     from npss_baselines.manifold.show.side_by_side import Shown
 
     _check_outputs(options, options.like)
+    if options.frames < 1:
+        raise ValueError(f"--frames: expected one or more, got {options.frames}")
     size = {"window": options.frames, "step": max(1, options.frames // 8)}
     real = np.concatenate([windows_of(features_of(bvh.read(clip)), **size)[0] for clip in options.like])
     if len(real) <= NEIGHBOURS:
@@ -443,13 +452,19 @@ def _up(motion: Bvh, mapping: JointMapping) -> Any:
 def _restored(options: argparse.Namespace, motion: Bvh, outcome: Outcome, *, searched: bool = False) -> None:
     """Say what was restored, and write it."""
     from npss_baselines.manifold.clips.comparison import restoration_error
-    from npss_baselines.manifold.clips.finding import leaps
+    from npss_baselines.manifold.clips.finding import find, leaps
     from npss_baselines.manifold.clips.gap import Line, lines
     from npss_baselines.manifold.restorers.file import SHIPPED
 
     said = lines(outcome.gaps, motion)
-    if not said:
+    found = find(motion) if searched else []
+    left_out = dict.fromkeys(gap.joint for gap in found if gap not in outcome.gaps)
+    if left_out:
+        print(f"found, but not chosen: {', '.join(left_out)}")
+    if not said and searched and not left_out:
         how = "no damage found: the clip stays as it is (joints that leap and stay there are not looked for)"
+    elif not said:
+        how = "nothing to restore: the clip stays as it is"
     elif options.restorer is not None:
         how = f"restored by {options.restorer}"
     elif SHIPPED.exists():
@@ -460,7 +475,7 @@ def _restored(options: argparse.Namespace, motion: Bvh, outcome: Outcome, *, sea
     if any(gap.why == "given" for gap in outcome.gaps):
         _say_turned(motion, outcome)
     if searched:
-        for frame in leaps(motion, outcome.gaps)[:3]:
+        for frame in leaps(motion, [*outcome.gaps, *found])[:3]:
             print(
                 f"the figure leaps to frame {frame} ({frame / motion.fps:.2f} s) and stays; if N frames were deleted "
                 f"there, give --insert N --at {frame}"

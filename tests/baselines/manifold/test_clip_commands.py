@@ -13,7 +13,8 @@ from npss.skeleton import Skeleton
 from npss_baselines.__main__ import main
 from npss_baselines.data import bvh, bvh_writer, mapping
 from npss_baselines.data.motion import NAMES
-from npss_baselines.manifold import damaged, example
+from npss_baselines.manifold import damaged, example, repair
+from npss_baselines.manifold.clips.repair import _own_names
 from npss_baselines.manifold.model.gaussian import fit_gaussian
 from npss_baselines.manifold.motion.scaling import fit_scaling
 from npss_baselines.manifold.restorers import file
@@ -383,3 +384,35 @@ def test_the_example_is_repaired(tmp_path, monkeypatch, capsys):
 def test_a_short_walk_is_not_damaged():
     with pytest.raises(ValueError, match=r"^walk: expected more than 133 frames, got 90"):
         damaged(example(90))
+
+
+def test_what_is_found_but_not_chosen_is_said(walk, tmp_path, capsys):
+    """Damage that --only leaves out is named, and the way out of it is no leap that stays."""
+    assert call("example", "--damaged", "-o", tmp_path / "broken.bvh") == 0
+    capsys.readouterr()
+    assert call("repair", tmp_path / "broken.bvh", "--only", "RightLeg") == 0
+    printed = capsys.readouterr().out
+    assert "found, but not chosen: LeftLeg, LeftFoot, Neck" in printed
+    assert "nothing to restore: the clip stays as it is" in printed
+    assert "the figure leaps" not in printed
+
+
+def test_what_cannot_be_read_is_left_out(walk, tmp_path, capsys):
+    folder = tmp_path / "folder"
+    (folder / "folder.bvh").mkdir(parents=True)
+    (folder / "bad.bvh").write_text("HIERARCHY", encoding="utf-8")
+    assert call("nearest", walk, folder) == 2
+    printed = capsys.readouterr().err
+    assert "left out: bad.bvh: the file ends at line 1" in printed
+    assert "none of its BVH files can be read" in printed
+
+
+def test_the_name_of_the_file_goes_first():
+    """LaFAN1's Spine1 is not the common one: a name that was printed can be given, and none stands for two joints."""
+    joints = mapping.JointMapping({name: name for name in NAMES} | {"Spine1": "Spine2"})
+    assert _own_names("only", ["Spine1"], joints, ["Spine1", "Spine2"]) == ["Spine1"]
+    assert _own_names("missing", ["Spine2"], joints) == ["Spine2"]
+    walk = walking("lafan1", 5)
+    twisted = mapping.JointMapping({**mapping.guess(walk.skeleton).joints, "Spine1": "Spine2"})
+    with pytest.raises(ValueError, match=r"missing: 'Spine1' is not restored; .* is the file's 'Spine2'"):
+        repair(walk, missing=["Spine1"], mapping=twisted)

@@ -7,13 +7,15 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import npss
 from npss._pages import Figure
 from npss.commands import main
 from npss.ranking._results import results_of_record
 from npss.ranking._standings import notes, standings
-from npss.ranking._submissions import read_submissions
+from npss.ranking._submissions import overlapping, read_submissions
 from npss.records import measure
 
 pytest.importorskip("pandas")
@@ -47,6 +49,24 @@ def folder(tmp_path):
     for seed, name in enumerate("ab"):
         samples(tmp_path / "models" / f"{name}.npz", seed=seed)
     return tmp_path / "models"
+
+
+@settings(max_examples=30)
+@given(st.lists(st.integers(0, 60), min_size=2, max_size=6), st.integers(5, 30))
+def test_overlapping_windows_are_found(starts, frames):
+    """Windows of a clip overlap if two starts are less than a window apart."""
+    clip = np.random.default_rng(0).normal(size=(100, 4))
+    found = overlapping(np.stack([clip[start : start + frames] for start in starts]))
+    apart = min(abs(a - b) for i, a in enumerate(starts) for b in starts[:i])
+    assert (found is not None) == (apart < frames - 1)  # a single frame has no motion
+    if found:
+        i, j, shift = found
+        assert starts[j] - starts[i] == shift
+
+
+def test_nothing_overlaps_that_stands_still_or_is_alone():
+    assert overlapping(np.zeros((4, 10, 2, 3))) is None
+    assert overlapping(np.random.default_rng(0).normal(size=(1, 10, 2))) is None
 
 
 class TestBadModels:

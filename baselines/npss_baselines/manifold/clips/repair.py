@@ -95,6 +95,11 @@ def repair(
         gaps = found
     else:
         names = _own_names("missing", missing, joints)
+        for name, own in zip(missing, names, strict=True):
+            if name != own and name in motion.skeleton.names:
+                raise ValueError(
+                    f"missing: {name!r} is not restored; the common joint of this name is the file's {own!r}"
+                )
         first, last = _frames(start, end, len(motion.rotations))
         gaps = [Gap(name, "place", first, last, "given") for name in names]
         gaps += [gap for gap in found if gap.why == "not a number"]
@@ -219,7 +224,7 @@ def _made(motion: Bvh, gaps: Sequence[Gap], restorer: Restorer | None, mapping: 
 def _own_names(argument: str, names: Collection[str], mapping: JointMapping, others: Collection[str] = ()) -> list[str]:
     """Return joints' names in the file, from those or from their common names; others may be named, too."""
     common = {name: own for name, own in mapping.joints.items() if own is not None}
-    known = {own: own for own in (*others, *common.values())} | common
+    known = common | {own: own for own in (*others, *common.values())}  # what the file calls it, first
     found = []
     for name in each(argument, names, "names of joints", ordered=False):
         if not isinstance(name, str):

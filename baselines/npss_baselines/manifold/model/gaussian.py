@@ -11,9 +11,10 @@ conditioned, and solved in single precision. With noise, there are as many as pr
 from __future__ import annotations
 
 import hashlib
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -155,11 +156,18 @@ class SpanGaussian:
         for known, chosen in groups:
             given, asked = np.flatnonzero(known), np.flatnonzero(~known)
             if len(asked) <= len(given):
-                among = self._single[np.ix_(asked, asked)]
-                right = pulled[np.ix_(chosen, asked)].astype(np.float32)
-                means[np.ix_(chosen, asked)] = -solve(among, right.T).T
+                at, right = np.ix_(asked, asked), pulled[np.ix_(chosen, asked)].T
+                try:
+                    found = solve(self._single[at], right.astype(np.float32))
+                except (np.linalg.LinAlgError, RuntimeWarning):  # too ill-conditioned for single precision
+                    found = np.linalg.solve(self._precision[at], right)
+                means[np.ix_(chosen, asked)] = -found.T
             else:
-                factors = solve(self.covariance[np.ix_(given, given)], away[np.ix_(chosen, given)].T)
+                at, right = np.ix_(given, given), away[np.ix_(chosen, given)].T
+                try:
+                    factors = solve(self.covariance[at], right)
+                except (np.linalg.LinAlgError, RuntimeWarning):
+                    factors = np.linalg.solve(self.covariance[at], right)
                 means[chosen] = (self.covariance[:, given] @ factors).T
         return means
 
@@ -191,10 +199,17 @@ class SpanGaussian:
 def _solver() -> Callable[[Array, Array], Array]:
     """Return the solver of symmetric systems: Cholesky's takes half the time, and is in scipy."""
     try:
-        from scipy.linalg import solve
+        from scipy.linalg import LinAlgWarning, solve
     except ImportError:
         return np.linalg.solve
-    return partial(solve, assume_a="pos", check_finite=False, overwrite_a=True)
+
+    def strict(matrix: Array, right: Array) -> Array:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", LinAlgWarning)
+            found: Array = solve(matrix, right, assume_a="pos", check_finite=False, overwrite_a=True)
+            return found
+
+    return strict
 
 
 def fit_gaussian(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -98,17 +99,27 @@ class ByCase:
             return
         before, known = motion.copy(), ~np.stack([columns_of(joints) for joints in missing])
         curve = interpolated(Corrupted(before[np.newaxis], known[np.newaxis]), "hermite")[0]
-        for joints in np.unique(missing, axis=0):
-            if not joints.any() or joints.all():
-                continue
-            filled = self.fill.restore(before, joints, self.skeleton)
-            chosen = (missing == joints).all(axis=1)
-            for joint in np.flatnonzero(joints):
-                at = slice(3 * joint, 3 * joint + 3)
-                for start, end in runs(missing[:, joint]):
-                    there = chosen[start:end]
-                    spell = bridged(before[:, at], filled[:, at], curve[:, at], start, end)
-                    motion[start:end, at][there] = spell[there]
+        guesses = {
+            joints.tobytes(): self.fill.restore(before, joints, self.skeleton)
+            for joints in np.unique(missing, axis=0)
+            if joints.any() and not joints.all()
+        }
+        for joint in np.flatnonzero(missing.any(axis=0)):
+            at = slice(3 * joint, 3 * joint + 3)
+            for start, end in runs(missing[:, joint]):
+                if not missing[start:end].all(axis=1).any():
+                    filled = _chained(guesses, missing, start, end)[:, at]
+                    motion[start:end, at] = bridged(before[:, at], filled, curve[:, at], start, end)
+
+
+def _chained(guesses: Mapping[bytes, Float64], missing: npt.NDArray[np.bool_], start: int, end: int) -> Float64:
+    """Return the guess of a spell; where other joints go missing or return, the next guess continues the one before."""
+    chained = guesses[missing[start].tobytes()].copy()
+    for frame in range(start + 1, end):
+        if (missing[frame] != missing[frame - 1]).any():
+            now = guesses[missing[frame].tobytes()]
+            chained[frame:] = now[frame:] + (chained[frame] - now[frame])
+    return chained
 
 
 def bridged(motion: Float64, filled: Float64, curve: Float64, start: int, end: int) -> Float64:
