@@ -22,7 +22,7 @@ from npss._metric.fields import Value
 from npss._metric.frames import whole_frames
 from npss._metric.metric import Measured
 from npss._metric.parts import Parts
-from npss._metric.registry import EULER_ERROR, NPSS, metric_called
+from npss._metric.registry import EULER_ERROR, L2P, NPSS, metric_called
 from npss._metric.sequences import Lengths, differ_in_length, read_motions
 from npss._metric.signature import parse_signature, signature, stated_with, with_fields_of
 from npss.protocol._claims import check_claims
@@ -279,7 +279,9 @@ def compare(
     if not arrays:
         one, a_of_one, b_of_one = (flattened(real_array("gt", motion)) for motion in (truth, pred_a, pred_b))
         arrays = [(one, a_of_one, b_of_one)]
-    verifications = [check_claims(all_fields, one, pred_a=a, pred_b=b) for one, a, b in arrays]
+    of_positions = compared.takes == "positions" or compared is L2P
+    claims = all_fields | ({"representation": "global-positions"} if of_positions else {})
+    verifications = [check_claims(claims, one, pred_a=a, pred_b=b) for one, a, b in arrays]
     verified = {name: value for found in verifications if found for name, value in found.stated.items()}
     (first, weight), (second, other_weight) = (
         (np.asarray(of_one.numerator), np.asarray(of_one.weight)) for of_one in (of_a, of_b)

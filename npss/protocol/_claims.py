@@ -45,11 +45,13 @@ def check_claims(stated: Mapping[str, Any], gt: Array, **predictions: Array) -> 
     protocol, fps = stated.get("protocol"), stated.get("fps")
     if protocol not in VERIFIED:
         return None
-    motion = gt[np.newaxis] if gt.ndim == 2 else gt
+    motion, representation = gt[np.newaxis] if gt.ndim == 2 else gt, stated.get("representation")
     if protocol != lafan1.name:
-        if stated.get("representation") == "euler":
+        if representation == "euler":
             return verify_angles(motion.astype(np.float64), protocol, fps=fps)
         return Verification(protocol=protocol, undecided=("its ground truth is known by Euler angles alone",))
+    if representation not in (None, lafan1.fields()["representation"]):
+        return Verification(protocol=protocol, undecided=("its ground truth is known by global quaternions alone",))
     try:
         return verify(motion, protocol, fps=fps)
     except ValueError as error:  # other features, which are scored all the same

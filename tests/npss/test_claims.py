@@ -139,6 +139,17 @@ class TestPublishedRows:
         assert report.verification.findings[0].startswith("gt: expected global quaternions")
         assert report.signature.endswith("|verified:no")
 
+    def test_other_representations_are_undecided(self):
+        gt, *predictions = RNG.normal(size=(3, 6, 30, 22, 3))
+        fields = {name: value for name, value in lafan1.fields("l2p").items() if name != "norm"}
+        assert "verified" not in npss.compare(gt, *predictions, metric="l2p", **fields).signature
+        times = {"metric": "position_error", "at_ms": 100}
+        for how in ({"metric": "l2p"}, times):
+            assert "verified" not in npss.compare(gt, *predictions, **how, fps=30, protocol="lafan1").signature
+        report = npss.report(gt, predictions[0], representation="global-positions", protocol="lafan1")
+        assert report.verification.undecided == ("its ground truth is known by global quaternions alone",)
+        assert "verified" not in report.signature
+
     def test_one_sequence(self):
         assert npss.report(GT[0].reshape(30, 88), PRED[0].reshape(30, 88), protocol="lafan1").verification.findings[
             0
