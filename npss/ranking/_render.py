@@ -168,7 +168,7 @@ def to_latex(
         return f"{{\\tiny {ends}}}" if ends else ""
 
     parts = [f"% needs \\usepackage{{booktabs}}\n% {CITE}"]
-    before = "" if caption is None else f"{caption} " if caption.rstrip().endswith((".", "!", "?")) else f"{caption}. "
+    before = "" if not caption else f"{caption} " if caption.rstrip().endswith((".", "!", "?")) else f"{caption}. "
     for number, part in enumerate(tables(standings, by, wide=wide), 1):
         best = "best of the ranked models" if any(kind for _, kind in part.models) else "best"
         lines = [

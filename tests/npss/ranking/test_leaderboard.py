@@ -580,6 +580,7 @@ class TestWritten:
             assert f"{action}: " in table or f"{action}, " in table or f", {action}: " in table
             assert "assumed independent. Inferred: other blocks of this kind" in table
         assert r"\caption{Mine. " in board.to_latex(caption="Mine")
+        assert board.to_latex(caption="") == text
 
     def test_published_rows_follow_a_rule_in_latex(self):
         board = npss.leaderboard([TestPublished().record()], published=True)
