@@ -169,14 +169,15 @@ def _traits(metric: Metric | None) -> dict[str, Any]:
 def result_of_report(model: str, action: str, report: Report | SampleReport) -> Result:
     """Read the score of a report; without an action, that of an in-betweening protocol follows from its signature.
 
-    If the action has a known checksum, and the ground truth has no known one, it is not that of its protocol.
+    If the action has a known checksum, and Euler angles have no known one, they are not those of the protocol.
     """
     meaning = parse_signature(report.signature)
     convention = meaning["convention"]
     if not action and meaning.get("protocol") == lafan1.name and "frames" in meaning:
         action = lafan1.action(meaning["frames"])
     checked = report.verification
-    if checked is not None and checked.undecided and action in measured_actions(checked.protocol):
+    undecided = checked is not None and checked.undecided and action in measured_actions(checked.protocol)
+    if undecided and meaning.get("representation") == "euler":  # others have no checksum
         meaning["verified"] = "no"
     name = convention if isinstance(convention, str) else report.signature.split("convention:")[1].split("|")[0]
     samples: tuple[float, ...] = ()
