@@ -46,12 +46,12 @@ def ordinary(frame: tuple[int, ...], wider: tuple[int, ...]) -> tuple[Probe, ...
 
 def batches(frame: tuple[int, ...]) -> tuple[Probe, tuple[int, ...]]:
     """Return a probe for batches, and their sizes."""
-    return _loud(5, 20, frame), (2, 3)
+    return _exchanged(5, 20, frame), (2, 3)
 
 
 def unusual(frame: tuple[int, ...], wider: tuple[int, ...]) -> dict[str, Probe]:
     """Return probes by what is unusual about them; with many features only if frames may have several shapes."""
-    probes = {"many sequences": _loud(140, 6, frame), "many frames": _noise(2, 250, frame)}
+    probes = {"many sequences": _exchanged(140, 6, frame), "many frames": _noise(2, 250, frame)}
     if wider != frame:
         probes["many features"] = _noise(2, 12, (12 * frame[0], *frame[1:]))
     probes["constant features"] = _constant(3, 22, frame)
@@ -107,6 +107,12 @@ def _loud(n: int, t: int, frame: tuple[int, ...]) -> Probe:
         loudness * 2.0 ** np.array([np.r_[4, np.arange(n - 1) % 2], np.r_[0, np.arange(n - 1) % 4]])[..., None, None]
     )
     return Probe(gt * loudness[0], pred * loudness[1], frame)
+
+
+def _exchanged(n: int, t: int, frame: tuple[int, ...]) -> Probe:
+    """Predict each sequence by another, so that each batch has an error: reversed in time, it has its own power."""
+    probe = _loud(n, t, frame)
+    return probe._replace(pred=np.roll(probe.pred, 1, axis=0))
 
 
 def _shifted(n: int, t: int, frame: tuple[int, ...]) -> Probe:

@@ -356,6 +356,12 @@ class Last(Exact):
         return released(target, preds)
 
 
+class LastOfPaper(Exact):
+    def compute(self):
+        preds, target = self.pairs[-1]
+        return score(target, preds, NAMED["paper"])
+
+
 class Sum(Exact):
     def compute(self):
         return np.sum([released(target, preds) for preds, target in self.pairs])
@@ -368,17 +374,18 @@ class TestClasses:
         assert (result.convention, result.order) == ("released", "pred,gt")
 
     @pytest.mark.parametrize(
-        ("kind", "words"),
+        ("kind", "nearest", "words"),
         [
-            (Mean, "per batch, then averaged"),
-            (MeanBySize, "per batch, then averaged by the size of batches"),
-            (Last, "over the last batch only"),
-            (Sum, "over batches in an unknown way"),
+            (Mean, "released", "per batch, then averaged"),
+            (MeanBySize, "released", "per batch, then averaged by the size of batches"),
+            (Last, "released", "over the last batch only"),
+            (LastOfPaper, "paper", "over the last batch only"),
+            (Sum, "released", "over batches in an unknown way"),
         ],
     )
-    def test_batches(self, kind, words):
+    def test_batches(self, kind, nearest, words):
         result = npss.identify(kind)
-        assert (result.convention, result.nearest) == (None, "released")
+        assert (result.convention, result.nearest) == (None, nearest)
         assert result.differences == {"aggregation": words}
 
     @pytest.mark.parametrize(
@@ -416,7 +423,7 @@ class TestClasses:
         words = "per feature, averaged in each batch, then over batches"
         assert npss.identify(OfFeatures).differences == {"aggregation": words}
 
-    @pytest.mark.parametrize("kind", [Mean, MeanBySize, Last, Sum])
+    @pytest.mark.parametrize("kind", [Mean, MeanBySize, Last, LastOfPaper, Sum])
     def test_the_example_has_several_batches(self, kind):
         """In one batch, such a class computes the named convention."""
         result = npss.identify(kind)
