@@ -132,7 +132,7 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
             "one of",
             {
                 "continuous": "nearest to the frame before (npss.rotations.continuous)",
-                "w>=0": "no w is negative",
+                "w>=0": "no w is negative (taken as w, x, y, z)",
             },
         ),
         "queries": Field("query clips", "whole number"),

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from npss.protocol._in_betweening import lafan1
-from npss.protocol._verify import VERIFIED, Verification, verify, verify_angles
+from npss.protocol._verify import UNIT, VERIFIED, Verification, verify, verify_angles
 from npss.validation import Array
 
 _ROUNDING = 1e-6  # of the product of successive quaternions, in single precision
@@ -38,10 +38,14 @@ def check_claims(stated: Mapping[str, Any], gt: Array, **predictions: Array) -> 
     Raises
     ------
     ValueError
-        If the signs of quaternions are not as stated; names the argument and the first place.
+        If the signs of quaternions are not as stated, which names the argument and the first place, or the ground truth
+        has no quaternions.
     """
-    for name, motion in {"gt": gt, **predictions}.items():
-        _check_signs(name, motion, stated.get("quaternions"))
+    signs = stated.get("quaternions")
+    if signs in ("continuous", "w>=0"):
+        places = _quaternions(gt)
+        for name, motion in {"gt": gt, **predictions}.items():
+            _check_signs(name, motion[..., places], signs)
     protocol, fps = stated.get("protocol"), stated.get("fps")
     if protocol not in VERIFIED:
         return None
@@ -58,18 +62,30 @@ def check_claims(stated: Mapping[str, Any], gt: Array, **predictions: Array) -> 
         return Verification(protocol=protocol, findings=(str(error),))
 
 
-def _check_signs(name: str, motion: Array, signs: object) -> None:
-    """Raise a ValueError unless the quaternions of a motion have the signs that the signature states."""
-    if signs not in ("continuous", "w>=0"):
-        return
-    if motion.shape[-1] % 4:
-        raise ValueError(f"{name}: expected quaternions, whose signs are stated, got {motion.shape[-1]} features")
-    q = motion.reshape(-1, motion.shape[-2], motion.shape[-1] // 4, 4)
+def _quaternions(gt: Array) -> Array:
+    """Return the features ``(J, 4)`` of quaternions: four in succession, of unit length in all frames; or else all."""
+    squares = np.square(gt, dtype=np.float64).reshape(-1, gt.shape[-1])
+    n = max(0, gt.shape[-1] - 3)
+    lengths = np.sqrt(sum(squares[:, i : i + n] for i in range(4)))
+    starts: list[int] = []
+    for start in np.flatnonzero((np.abs(lengths - 1) <= UNIT).all(axis=0)).tolist():
+        if not starts or start >= starts[-1] + 4:
+            starts.append(start)
+    if not starts and gt.shape[-1] % 4:
+        raise ValueError(
+            f"gt: expected quaternions, whose signs are stated, got {gt.shape[-1]} features, no four of unit length"
+        )
+    return np.add.outer(starts or range(0, gt.shape[-1], 4), np.arange(4))
+
+
+def _check_signs(name: str, motion: Array, signs: str) -> None:
+    """Raise a ValueError unless quaternions ``(..., T, J, 4)`` have the signs that the signature states."""
+    q = motion.reshape(-1, *motion.shape[-3:])
     if signs == "continuous":
         wrong = (q[:, 1:] * q[:, :-1]).sum(axis=-1) < -_ROUNDING
         mend = "npss.rotations.continuous(..., axis=1) makes them so"
     else:
-        wrong, mend = q[..., 0] < 0, "negate those with a negative w"
+        wrong, mend = q[..., 0] < 0, "negate those with a negative w; they are taken as w, x, y, z"
     if wrong.any():
         sequence, frame, quaternion = (int(i) for i in np.argwhere(wrong)[0])
         raise ValueError(

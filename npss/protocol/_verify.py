@@ -41,7 +41,7 @@ _ERRORS: Mapping[str, Mapping[str, tuple[float, ...]]] = {
 #: A published number decides if half a unit of its last digit is less than this part of it: wrong windows and missing
 #: joints change the score of zero-velocity by about a thousandth.
 _DECIDES = 5e-4
-_UNIT = 1e-2  # the largest distance of a quaternion's length from 1
+UNIT = 1e-2  # the largest distance of a quaternion's length from 1
 
 #: The names that `verify` knows.
 Verified = Literal["lafan1", "srnn-8", "srnn-8-late"]
@@ -197,7 +197,7 @@ def _in_betweening(
     if fps is not None:
         _count(notes, fps, protocol.fps, "frames per second", protocol.name)
     lengths = np.linalg.norm(truth, axis=-1)
-    unit = bool((np.abs(lengths - 1) <= _UNIT).all())
+    unit = bool((np.abs(lengths - 1) <= UNIT).all())
     if not unit:
         notes.findings.append(f"not unit quaternions: their lengths are {lengths.min():.3g} to {lengths.max():.3g}")
     decided = False

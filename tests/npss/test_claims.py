@@ -103,6 +103,34 @@ class TestEveryNumber:
             sign(*RNG.normal(size=(2, 6, 30, 6)), convention="released", quaternions=signs)
 
 
+@pytest.mark.parametrize("signs", ["continuous", "w>=0"])
+@pytest.mark.parametrize("others", [(0, 3), (3, 0), (0, 4), (3, 4), (5, 1)])
+def test_signs_of_quaternions_among_other_features(signs, others):
+    """Root positions before them or contact labels after them have no signs."""
+    before, after = (RNG.normal(size=(2, 6, 30, n)) for n in others)
+    gt, pred = (
+        np.concatenate([start, np.where((q[..., :1] < 0) & (signs == "w>=0"), -q, q).reshape(6, 30, 88), end], axis=-1)
+        for start, q, end in zip(before, (GT, PRED), after, strict=True)
+    )
+    assert f"|quaternions:{signs}" in of_report(gt, 0.9 * pred, quaternions=signs)
+    flipped = pred.copy()
+    flipped[4, 7:9, others[0] + 12 : others[0] + 16] *= -1
+    with pytest.raises(ValueError, match=r"^pred: .* but 2 are not, the first at .* quaternion \(4, 7, 3\)"):
+        of_report(gt, flipped, quaternions=signs)
+
+
+def test_w_comes_first():
+    gt, pred = (np.roll(np.where(q[..., :1] < 0, -q, q), -1, axis=-1) for q in (GT, PRED))
+    with pytest.raises(ValueError, match="negate those with a negative w; they are taken as w, x, y, z"):
+        of_report(gt, pred, quaternions="w>=0")
+
+
+@pytest.mark.parametrize("n", [1, 3, 91])
+def test_no_quaternions(n):
+    with pytest.raises(ValueError, match=rf"^gt: expected quaternions, .* got {n} features, no four of unit length"):
+        of_report(*RNG.normal(size=(2, 6, 30, n)), quaternions="continuous")
+
+
 def test_rounding_does_not_flip_a_sign():
     """Two quaternions a full turn apart have a product of zero, but for rounding."""
     q = np.zeros((2, 4, 1, 4))
