@@ -71,7 +71,13 @@ def _pairs(pairs: list[dict[str, Any]]) -> str:
     ]
     header = ["first", "second", "questions", "votes first", "second", "tie", "majorities first", "second", "tie"]
     header += ["participants", "share first", "from", "to", "p", "corrected"]
-    return "\n".join([table(header, rows, "ll" + "r" * 13), _notes("share", "preference_test")])
+    of_wilson = [
+        " and ".join(map(one_line, pair["models"]))
+        for pair in pairs
+        if pair["preference"]["interval_method"] == "Wilson"
+    ]
+    lines = [table(header, rows, "ll" + "r" * 13), _notes("share", "preference_test")]
+    return "\n".join([*lines, *([f"    Wilson's interval: {'; '.join(of_wilson)}"] if of_wilson else [])])
 
 
 def _preference(preference: dict[str, Any]) -> list[str]:

@@ -44,7 +44,14 @@ def wilson_interval(successes: int, n: int, *, level: float = 0.95) -> Interval:
     >>> round(low, 4), round(high, 4)
     (0.7134, 0.8829)
     """
-    k, n = count_of("successes", successes, "n", n)
+    return wilson_of_sum(*count_of("successes", successes, "n", n), level=level)
+
+
+def wilson_of_sum(k: float, n: int, *, level: float) -> Interval:
+    """Return Wilson's interval of the mean of `n` values between 0 and 1 with the sum `k`.
+
+    Their variance is at most that of successes and failures with the same mean, so it covers at least as much.
+    """
     z = normal_quantile(level)
     centre, half = (k + z * z / 2) / (n + z * z), z / (n + z * z) * math.sqrt(k * (n - k) / n + z * z / 4)
     # At the ends the exact value is known; rounding must not change it.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from npss._analysis.holm import holm
 from npss._analysis.interval import Interval
 from npss._analysis.sign_flip import MIN_BLOCKS_OF_TEST, SAMPLES, sign_flips
 from npss.study._input import ALTERNATIVES, Alternative, fraction
+from npss.study._intervals import wilson_of_sum
 from npss.study._votes import Vote, check_choice
 from npss.validation import Float64, Seed, generator, one_of
 
@@ -30,7 +32,12 @@ class Preference:
         The mean of their shares of answers for A, each of the participant's answers without ties; NaN if there are no
         participants.
     interval : Interval
-        The shares that the two-sided test does not reject: 0 to 1 for fewer than six participants.
+        The confidence interval of the share: 0 to 1 for fewer than six participants.
+    interval_method : {'sign flips', 'Wilson'}
+        How it is made. ``'sign flips'``: the shares that the two-sided test does not reject. ``'Wilson'``, where most
+        participants have a share of 0 or 1, such as all who decided once: Wilson's interval with the participants as
+        trials, which does not follow from the test and may exclude 1/2 where its p-value is above 1 - level, or the
+        reverse.
     level : float
         Confidence level of the interval, which is not corrected.
     method : str
@@ -56,6 +63,7 @@ class Preference:
     participants: int
     share: float
     interval: Interval
+    interval_method: Literal["sign flips", "Wilson"]
     level: float
     method: str
     alternative: Alternative
@@ -100,9 +108,14 @@ def preference_tests(
     The test speaks of these motions: participants are drawn from a population, the questions are not. It is exact if
     the tastes of participants are distributed symmetrically about no preference.
 
+    Its interval presumes shares distributed symmetrically about the true one. Those of few answers or strong tastes are
+    not: of 8 participants who answer once and of whom 90 % prefer A, it would hold .9 in 57 % of studies, and Wilson's
+    does in 96 %.
+
     References
     ----------
-    R. A. Fisher, "The Design of Experiments", 1935, section 21.
+    R. A. Fisher, "The Design of Experiments", 1935, section 21. E. B. Wilson, "Probable Inference, the Law of
+    Succession, and Statistical Inference", JASA 22, 1927 (the interval of coarse shares).
 
     Examples
     --------
@@ -148,20 +161,25 @@ def _preference(a: str, b: str, shares: Float64, alternative: Alternative, level
     """Test the shares of one pair."""
     n = len(shares)
     method, p_value, interval = "sign-flip test over participants", None, Interval(0.0, 1.0)
+    interval_method: Literal["sign flips", "Wilson"] = "sign flips"
     if n >= MIN_BLOCKS_OF_TEST:
         flips = sign_flips(shares - 0.5, np.ones(n), seed=seed)
         method += f", all {2**n} flips" if flips.exact else f", {SAMPLES} random flips"
         p_value = (
             flips.p_value() if alternative == "two-sided" else flips.one_sided(1 if alternative == "greater" else -1)
         )
-        low, high = flips.interval(level)
-        interval = Interval(max(0.0, 0.5 + low), min(1.0, 0.5 + high))
+        if np.isin(shares, (0.0, 1.0)).sum() > n / 2:
+            interval_method, interval = "Wilson", wilson_of_sum(float(shares.sum()), n, level=level)
+        else:
+            low, high = flips.interval(level)
+            interval = Interval(max(0.0, 0.5 + low), min(1.0, 0.5 + high))
     return Preference(
         model_a=a,
         model_b=b,
         participants=n,
         share=float(shares.mean()) if n else math.nan,
         interval=interval,
+        interval_method=interval_method,
         level=level,
         method=method,
         alternative=alternative,

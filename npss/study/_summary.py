@@ -32,7 +32,8 @@ MEANINGS = {
     "excluded on request, the checks never are",
     "fleiss_kappa": "Fleiss 1971 with the categories A, B and tie; 1: full agreement of participants, 0: chance",
     "share": "the mean of the participants' shares of answers for the first model, without ties; from, to: the shares "
-    f"that the test does not reject, level {LEVEL:g}",
+    f"that the test does not reject, level {LEVEL:g}, or where most participants have a share of 0 or 1, Wilson's "
+    "interval with the participants as trials, which does not follow from the test",
     "preference_test": "two-sided sign-flip test of the shares against 1/2, with the participant as the unit: pooled "
     f"votes err where tastes differ; fewer than {MIN_BLOCKS_OF_TEST} participants give no p-value; corrected: by "
     "Holm's correction over all pairs",
@@ -176,6 +177,7 @@ def _preference(tested: Preference) -> dict[str, Any]:
         "participants": tested.participants,
         "share": tested.share if tested.participants else None,
         "interval": tested.interval if known else None,
+        "interval_method": tested.interval_method if known else None,
         "p_value": tested.p_value,
         "corrected": tested.corrected,
         "method": tested.method,

@@ -108,6 +108,7 @@ class TestVotesAlone:
                 "participants": 2,
                 "share": 0.5,
                 "interval": None,
+                "interval_method": None,
                 "p_value": None,
                 "corrected": None,
                 "method": "sign-flip test over participants",
@@ -126,6 +127,7 @@ class TestVotesAlone:
             "participants": 8,
             "share": 7 / 8,
             "interval": list(expected.interval),
+            "interval_method": "Wilson",
             "p_value": expected.p_value,
             "corrected": expected.p_value,
             "method": "sign-flip test over participants, all 256 flips",
@@ -133,10 +135,14 @@ class TestVotesAlone:
         }
         low, high = expected.interval
         row = f"one two 2 14 2 1 2 0 0 8 0.875 {low:.3f} {high:.3f} {expected.p_value:.3g} {expected.p_value:.3g}"
-        assert row.split() in [line.split() for line in call(path)[1].splitlines()]
+        out = call(path)[1]
+        assert row.split() in [line.split() for line in out.splitlines()]
+        assert "\n    Wilson's interval: one and two\n" in f"{out}\n"
         path.write_text("\n".join([HEADER, "gait,1,0,one,two,p8,tie", ""]), encoding="utf-8")
         row = ["one", "two", "1", "0", "0", "1", "0", "0", "1", "0", *"-----"]
-        assert row in [line.split() for line in call(path)[1].splitlines()]
+        out = call(path)[1]
+        assert row in [line.split() for line in out.splitlines()]
+        assert "Wilson's interval:" not in out
 
     def test_without_kappa(self, call, small, tmp_path):
         fewer = tmp_path / "fewer.csv"

@@ -65,6 +65,13 @@ def test_against_every_flip(answers, alternative):
     assert found.share == pytest.approx(shares.mean())
     assert found.p_value == pytest.approx(brute_force(shares, alternative))
     assert found.method == f"sign-flip test over participants, all {2 ** len(shares)} flips"
+    extreme, n = [share for share in shares if share in (0, 1)], len(shares)
+    assert found.interval_method == ("Wilson" if 2 * len(extreme) > n else "sign flips")
+    if found.interval_method == "Wilson":
+        # Its ends are the shares from which the mean is 1.96 standard errors of a proportion away.
+        for end in found.interval:
+            assert n * (end - shares.mean()) ** 2 == pytest.approx(1.959964**2 * end * (1 - end), abs=1e-6)
+        return
     # The interval holds the shares that the two-sided test does not reject.
     for end, outwards in zip(found.interval, (-1, 1), strict=True):
         if 0 < end < 1:
@@ -143,6 +150,34 @@ def test_error_rates_where_tastes_differ():
     most = 0.05 + 4 * math.sqrt(0.05 * 0.95 / studies)
     assert 0.01 < wrong / studies <= most
     assert pooled / studies > most
+
+
+@pytest.mark.parametrize("participants", [8, 12, 30])
+def test_coverage_of_one_answer_each(participants):
+    """The chance that the interval holds the true share, exactly: a sum over the numbers of answers for A."""
+    counts = np.arange(participants + 1)
+    low, high = np.transpose([only(votes_of(["A"] * k + ["B"] * (participants - k))).interval for k in counts])
+    for share in (0.5, 0.6, 0.7, 0.8, 0.9, 0.95):
+        # Wilson's interval holds some shares slightly less often than its level.
+        assert stats.binom.pmf(counts, participants, share)[(low <= share) & (share <= high)].sum() > 0.925
+
+
+@pytest.mark.parametrize("answers", [2, 8])
+@pytest.mark.parametrize(("share", "concentration"), [(0.9, 0.5), (0.8, 2.0), (0.95, np.inf)])
+def test_coverage_of_strong_tastes(answers, share, concentration):
+    """Of eight participants, whose tastes have a beta distribution."""
+    rng, studies, held = np.random.default_rng(0), 200, 0
+    for _ in range(studies):
+        taste = share if math.isinf(concentration) else rng.beta(share * concentration, (1 - share) * concentration, 8)
+        firsts = rng.binomial(answers, taste, 8)
+        low, high = only(votes_of(["A" * k + "B" * (answers - k) for k in firsts])).interval
+        held += low <= share <= high
+    assert held / studies > 0.95 - 4 * math.sqrt(0.95 * 0.05 / studies)
+
+
+@pytest.mark.parametrize("answers", [1, 4])
+def test_all_who_agree_leave_doubt(answers):
+    assert only(votes_of(["A" * answers] * 6)).interval == study.wilson_interval(6, 6)
 
 
 def test_errors():
