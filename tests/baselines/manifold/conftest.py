@@ -6,8 +6,11 @@ import pytest
 @pytest.fixture(scope="package", autouse=True)
 def few_samples():
     """Measure fewer pairs, samples and joints than the commands do."""
-    from npss_baselines.manifold.evaluation import measure, synthesis
-
+    try:
+        from npss_baselines.manifold.evaluation import measure, synthesis
+    except ImportError:  # without torch, tests that measure are skipped
+        yield
+        return
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(synthesis, "PAIRS", 6)
         patch.setattr(synthesis, "SAMPLES", 40)

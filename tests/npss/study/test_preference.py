@@ -1,5 +1,6 @@
 """The test of a preference, against brute force, scipy and simulation."""
 
+import inspect
 import itertools
 import math
 
@@ -84,13 +85,15 @@ def test_many_participants_against_scipy(alternative):
     rng = np.random.default_rng(0)
     answers = ["".join(rng.choice(["A", "B"], 4, p=[0.61, 0.39])) for _ in range(28)]
     found = only(votes_of(answers), alternative=alternative)
+    new = "rng" in inspect.signature(stats.permutation_test).parameters  # from scipy 1.15 on
+    generator = "rng" if new else "random_state"
     theirs = stats.permutation_test(
         (shares_of(answers) - 0.5,),
         np.mean,
         permutation_type="samples",
         alternative=alternative,
         n_resamples=99999,
-        rng=np.random.default_rng(1),
+        **{generator: np.random.default_rng(1)},
     )
     assert found.method == "sign-flip test over participants, 9999 random flips"
     error = math.sqrt(theirs.pvalue * (1 - theirs.pvalue) * (1 / 9999 + 1 / 99999))
