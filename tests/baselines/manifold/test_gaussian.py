@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from npss_baselines.manifold.model.gaussian import fit_gaussian
+from npss_baselines.manifold.model.gaussian import SpanGaussian, fit_gaussian
 from npss_baselines.manifold.motion.scaling import Scaling, fit_scaling
 
 F = 3
@@ -60,6 +60,17 @@ def test_means_are_those_of_the_definition(windows, noise):
             precision + certainty, precision @ model.mean + certainty @ np.where(seen, values, 0).reshape(-1)
         )
         np.testing.assert_allclose(found.reshape(-1), expected, rtol=0, atol=1e-5)
+
+
+def test_systems_too_ill_conditioned_for_single_precision():
+    """Two features that are lost nearly repeat each other: by hand, each is -.1 times the sum of the others over 2."""
+    precision = np.eye(4)
+    precision[0, 1] = precision[1, 0] = 1 - 1e-7
+    precision[:2, 2:] = precision[2:, :2] = 0.1
+    model = SpanGaussian(1, np.zeros(4), np.linalg.inv(precision), Scaling(np.zeros(4), np.ones(4)))
+    motion = np.array([[[0.0, 0.0, 3.0, -1.0]]])
+    restored = model.restore(motion, np.array([[[False, False, True, True]]]))
+    np.testing.assert_allclose(restored[0, 0, :2], -0.1 * 2 / (2 - 1e-7), rtol=0, atol=1e-6)
 
 
 def test_known_values_stay_and_unknown_ones_do_not_count(windows):

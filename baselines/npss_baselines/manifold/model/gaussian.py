@@ -130,10 +130,6 @@ class SpanGaussian:
         return precision
 
     @cached_property
-    def _single(self) -> npt.NDArray[np.float32]:
-        return self._precision.astype(np.float32)
-
-    @cached_property
     def _factors(self) -> tuple[Float64, Float64]:
         """The loadings ``(size, R)`` of principal components of variance 1, and the variances left to errors."""
         power, vectors = np.linalg.eigh(self.covariance)
@@ -156,18 +152,11 @@ class SpanGaussian:
         for known, chosen in groups:
             given, asked = np.flatnonzero(known), np.flatnonzero(~known)
             if len(asked) <= len(given):
-                at, right = np.ix_(asked, asked), pulled[np.ix_(chosen, asked)].T
-                try:
-                    found = solve(self._single[at], right.astype(np.float32))
-                except (np.linalg.LinAlgError, RuntimeWarning):  # too ill-conditioned for single precision
-                    found = np.linalg.solve(self._precision[at], right)
-                means[np.ix_(chosen, asked)] = -found.T
+                right = pulled[np.ix_(chosen, asked)].T
+                means[np.ix_(chosen, asked)] = -solve(self._precision[np.ix_(asked, asked)], right, np.float32).T
             else:
-                at, right = np.ix_(given, given), away[np.ix_(chosen, given)].T
-                try:
-                    factors = solve(self.covariance[at], right)
-                except (np.linalg.LinAlgError, RuntimeWarning):
-                    factors = np.linalg.solve(self.covariance[at], right)
+                right = away[np.ix_(chosen, given)].T
+                factors = solve(self.covariance[np.ix_(given, given)], right, np.float64)
                 means[chosen] = (self.covariance[:, given] @ factors).T
         return means
 
@@ -196,20 +185,29 @@ class SpanGaussian:
         return means
 
 
-def _solver() -> Callable[[Array, Array], Array]:
-    """Return the solver of symmetric systems: Cholesky's takes half the time, and is in scipy."""
+def _solver() -> Callable[[Float64, Float64, type[np.floating]], Array]:
+    """Return the solver of symmetric systems in some precision.
+
+    Cholesky's takes half the time, and is in scipy; systems too ill-conditioned for it are solved by elimination, in
+    double precision.
+    """
     try:
         from scipy.linalg import LinAlgWarning, solve
     except ImportError:
-        return np.linalg.solve
+        return lambda matrix, right, dtype: np.linalg.solve(matrix.astype(dtype), right.astype(dtype))
 
-    def strict(matrix: Array, right: Array) -> Array:
+    def solved(matrix: Float64, right: Float64, dtype: type[np.floating]) -> Array:
         with warnings.catch_warnings():
             warnings.simplefilter("error", LinAlgWarning)
-            found: Array = solve(matrix, right, assume_a="pos", check_finite=False, overwrite_a=True)
-            return found
+            try:
+                found: Array = solve(
+                    matrix.astype(dtype), right.astype(dtype), assume_a="pos", check_finite=False, overwrite_a=True
+                )
+            except (np.linalg.LinAlgError, LinAlgWarning):
+                found = np.linalg.solve(matrix, right)
+        return found
 
-    return strict
+    return solved
 
 
 def fit_gaussian(
