@@ -11,7 +11,6 @@ conditioned, and solved in single precision. With noise, there are as many as pr
 from __future__ import annotations
 
 import hashlib
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -192,19 +191,21 @@ def _solver() -> Callable[[Float64, Float64, type[np.floating]], Array]:
     double precision.
     """
     try:
-        from scipy.linalg import LinAlgWarning, solve
+        from scipy.linalg import get_lapack_funcs
     except ImportError:
         return lambda matrix, right, dtype: np.linalg.solve(matrix.astype(dtype), right.astype(dtype))
 
     def solved(matrix: Float64, right: Float64, dtype: type[np.floating]) -> Array:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", LinAlgWarning)
-            try:
-                found: Array = solve(
-                    matrix.astype(dtype), right.astype(dtype), assume_a="pos", check_finite=False, overwrite_a=True
-                )
-            except (np.linalg.LinAlgError, LinAlgWarning):
-                found = np.linalg.solve(matrix, right)
+        # scipy.linalg.solve does the same, but before 1.15 compares single precision with the epsilon of double.
+        if not len(matrix):
+            return right
+        rounded = matrix.astype(dtype)
+        factorize, condition, substitute = get_lapack_funcs(("potrf", "pocon", "potrs"), dtype=dtype)
+        norm = np.abs(rounded).sum(axis=0).max()
+        factor, failed = factorize(rounded, clean=False, overwrite_a=True)
+        if failed or condition(factor, norm)[0] < np.finfo(dtype).eps:
+            return np.linalg.solve(matrix, right)
+        found: Array = substitute(factor, right.astype(dtype))[0]
         return found
 
     return solved
