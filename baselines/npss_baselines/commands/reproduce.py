@@ -67,7 +67,7 @@ def add_parser(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Run the plan; or one run of it, in this process."""
-    if options.out is None:
+    if options.out is None and not options.list:
         raise ValueError("--out DIR is required: the folder of the results")
     # Imported here: other commands need no torch.
     from npss_baselines.reproduction.job import Place, work
@@ -76,8 +76,11 @@ def run(options: argparse.Namespace) -> None:
 
     trial = options.budget == BUDGETS[0]
     source, folder = pose_source_of(options, "synthetic" if trial else None)
-    place = Place(source, folder, options.out / "trial" if trial else options.out, trial)
     runs = read_plan(options.plan).runs(source, budget=options.budget, only=options.only)
+    if options.out is None:
+        print(_listed(runs, None))
+        return
+    place = Place(source, folder, options.out / "trial" if trial else options.out, trial)
     if options.list:
         print(_listed(runs, place))
         return
@@ -110,6 +113,7 @@ def _run_all(runs: Sequence[Planned], place: Place, options: argparse.Namespace)
     with _locked(place.out):
         failed = processes.run(jobs, workers=workers, say=_say)
     tables.write(Results(read_plan(options.plan), read_records(place.out / "records")), place.out / "tables")
+    _say(f"the tables of what is done are in {place.out / 'tables'}")
     if failed:
         raise ValueError(f"{len(failed)} of {len(runs)} runs failed: {', '.join(job.name for job in failed)}")
 
@@ -128,19 +132,25 @@ def _command(planned: Planned, place: Place, options: argparse.Namespace) -> lis
     return [sys.executable, "-m", "npss_baselines", *arguments]
 
 
-def _listed(runs: Sequence[Planned], place: Place) -> str:
-    """Return a table of the runs."""
-    from npss_baselines.reproduction.job import done
-    from npss_baselines.reproduction.processes import has_failed
-
+def _listed(runs: Sequence[Planned], place: Place | None) -> str:
+    """Return a table of the runs, with their state if there is a place for their results."""
     rows = []
     for planned in runs:
-        folder = place.run(planned)
-        state = "failed" if has_failed(folder / LOG) else "begun" if folder.exists() else ""
-        state = "done" if done(planned, place) else state
+        state = "" if place is None else _state(planned, place)
         minutes = duration(60 * planned.row.minutes)
         rows.append([planned.name, planned.row.model, planned.row.recipe, minutes, state, planned.why])
     return table(["run", "model", "recipe", "one core", "state", "why"], rows, "lllrll")
+
+
+def _state(planned: Planned, place: Place) -> str:
+    """Return whether a run is done, failed or begun; empty if it is none of these."""
+    from npss_baselines.reproduction.job import done
+    from npss_baselines.reproduction.processes import has_failed
+
+    folder = place.run(planned)
+    if done(planned, place):
+        return "done"
+    return "failed" if has_failed(folder / LOG) else "begun" if folder.exists() else ""
 
 
 @contextmanager

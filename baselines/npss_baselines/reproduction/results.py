@@ -223,16 +223,20 @@ class Results:
                     self._spans[key][row.model, column] = Span(row.low, row.high, row.interval)
         return self._spans[key]
 
-    def missing(self, row: Row, action: str) -> tuple[int, ...]:
-        """Return the seeds of a row on an action that are in the plan, beyond its trial, and have no record."""
-        planned = {
+    def planned(self, row: Row, action: str) -> tuple[int, ...]:
+        """Return the seeds of a row on an action that are in the plan, beyond its trial."""
+        seeds = {
             seed
             for group in self.plan.order
             if row.name in group["rows"] and action in group["actions"] and group["budget"] != "minutes"
             for seed in group["seeds"]
         }
+        return tuple(sorted(seeds))
+
+    def missing(self, row: Row, action: str) -> tuple[int, ...]:
+        """Return the planned seeds of a row on an action that have no record."""
         done = {seed for name, actions, seed in self.runs if name == row.name and action in actions}
-        return tuple(sorted(planned - done))
+        return tuple(seed for seed in self.planned(row, action) if seed not in done)
 
 
 def read_records(folder: Path) -> list[Record]:

@@ -78,8 +78,13 @@ class Table(NamedTuple):
 
 def all_tables(results: Results) -> dict[str, Table]:
     """Return every table, perhaps without rows, by the name of its file, such as ``'table-4-walking'``."""
-    found = {"ablation": ablation(results), "recipes": recipes(results), "reproduces": reproduces(results)}
-    found["table-1"] = table_1(results)
+    found = {
+        "ablation": ablation(results),
+        "recipes": recipes(results),
+        "records": records(results),
+        "reproduces": reproduces(results),
+        "table-1": table_1(results),
+    }
     for action in results.actions:
         found |= {
             f"table-2-{action}": table_2(results, action),
@@ -100,6 +105,19 @@ def all_tables(results: Results) -> dict[str, Table]:
 def recipes(results: Results) -> Table:
     """Return what each recipe is, in words."""
     return Table("Recipes", ["recipe", ""], [[f"`{name}`", what] for name, what in results.plan.recipes.items()], [])
+
+
+def records(results: Results) -> Table:
+    """Return how many seeds of each row have a record on each action, of those in the plan."""
+    rows = []
+    for row in results.plan.rows.values():
+        cells = []
+        for action in results.actions:
+            planned, missing = results.planned(row, action), results.missing(row, action)
+            cells.append(f"{len(planned) - len(missing)} of {len(planned)}" if planned else "")
+        if any(cells):
+            rows.append([*named(row), *cells])
+    return Table("Seeds with a record, of those in the plan", ["model", "recipe", *results.actions], rows, [])
 
 
 def table_1(results: Results) -> Table:

@@ -92,7 +92,9 @@ def test_a_plan_becomes_records_once(tmp_path, plan, capsys):
     assert "| tiny  | ours" in table
     capsys.readouterr()
     assert reproduce(tmp_path, plan) == 0
-    assert "2 runs, 2 done" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "2 runs, 2 done" in said
+    assert f"the tables of what is done are in {tmp_path / 'out' / 'tables'}" in said
     assert {path: path.read_bytes() for path in (tmp_path / "out" / "records").rglob("*.json")} == records
     # Without its record, a trained model is measured again, and not trained again.
     file = tmp_path / "out" / "records" / "tiny" / "gait-seed-0.json"
@@ -110,6 +112,8 @@ def test_list_runs_nothing(tmp_path, plan, capsys):
     assert "still/gait-seed-0" in out
     assert "a test" in out
     assert not (tmp_path / "out").exists()
+    assert main(["reproduce", "--synthetic", "--plan", str(plan), "--list"]) == 0  # without a folder, too
+    assert capsys.readouterr().out == out
 
 
 @pytest.mark.usefixtures("in_process")

@@ -52,6 +52,15 @@ def test_without_published_numbers_there_is_nothing_to_beat():
     assert tables.all_tables(results)["best-gait"].rows == []
 
 
+def test_records(results):
+    table = tables.records(results)
+    counts = {row[0]: row[2:] for row in table.rows}
+    assert table.header == ["model", "recipe", *results.actions]
+    assert counts["vgru-d"][0] == "3 of 3"
+    assert counts["periodic"][0] == "0 of 1"
+    assert [*counts] == [name for name in results.plan.rows if any(counts.get(name, ()))]
+
+
 def test_table_4(results):
     table = tables.table_4(results, "walking")
     assert [row[0] for row in table.rows[:3]] == ["zero-velocity", "repeat-50", "vgru-d"]  # untrained ones on top
