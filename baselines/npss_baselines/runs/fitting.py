@@ -64,9 +64,11 @@ class Resumable(LightningModule):
         self._what, self._shorter = what, shorter
 
     def on_train_start(self) -> None:
-        """Start the clock."""
+        """Start the clock, and say where a run goes on."""
         self._resumed = self.global_step > 0
         self._done_before = self._done()
+        if self._resumed:
+            self._say(f"resuming at {self._done_before:.0%} of {self._what}")
         self._began: tuple[float, float] | None = None  # time and share done at the end of the first step
         self._estimated = False
         self._pace = Pace()
