@@ -179,7 +179,9 @@ class _Action:
         if best.score == 0:
             return  # nothing has a share of 0
         shares = plot.contributions(best)
-        yield self._figure(f"where the score of {self._best} comes from", shares, "Shares of joints and sequences.")
+        others = " Of another model, a report on its file alone shows them." if len(self._preds) > 1 else ""
+        caption = f"Shares of joints and sequences.{others}"
+        yield self._figure(f"where the score of {self._best} comes from", shares, caption)
         if "fps" not in self._options:
             return  # frequencies have no unit
         sequence, feature = _largest(best)

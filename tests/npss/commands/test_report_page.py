@@ -92,6 +92,10 @@ def test_has_four_pictures_an_action(page):
         assert base64.b64decode(picture).startswith(b"<?xml")
 
 
+def test_says_where_the_pictures_of_other_models_are(page):
+    assert page.count("Of another model, a report on its file alone shows them.") == 1  # eating has one model
+
+
 def test_has_every_model_moving(page):
     data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, flags=re.S)[1])
     labels = {clip["name"]: [motion["label"] for motion in clip["motions"]] for clip in data["clips"]}
