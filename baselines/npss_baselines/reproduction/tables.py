@@ -303,6 +303,13 @@ def table_2(results: Results, action: str) -> Table:
     notes = ["Ranks among these models. Table 7, Euler error: the sum over its six times, as the paper ranks."]
     if missing:
         notes.append(f"Not yet ranked here: {', '.join(missing)} {'have' if len(missing) > 1 else 'has'} no record.")
+    else:
+        euler, released = ours[0], ours[1]
+        notes.append(
+            f"Pairs of models in the order of the paper: {_in_order(euler, theirs['euler_error'])} by Euler error, "
+            f"{_in_order(released, theirs['released'])} by `released`. In the same order by Euler error and by "
+            f"`released`: {_in_order(euler, released)} here, {_in_order(theirs['euler_error'], theirs['released'])} in the paper."
+        )
     return Table(f"Table 2, {action}: ranks", header, rows, notes, 1)
 
 
@@ -515,6 +522,13 @@ def ranks_of(
     if rows is not None:
         scores = {row: score for row, score in scores.items() if row in rows}
     return {row: str(rank) for row, rank in study.rank(scores).items()}
+
+
+def _in_order(one: dict[str, str], other: dict[str, str]) -> str:
+    """Return how many pairs of rows two rankings put in the same order, of all."""
+    pairs = list(combinations(one, 2))
+    same = [(int(one[a]) - int(one[b])) * (int(other[a]) - int(other[b])) > 0 for a, b in pairs]
+    return f"{sum(same)} of {len(pairs)}"
 
 
 def _scores(results: Results, action: str, protocol: str, metric: str) -> dict[str, float]:

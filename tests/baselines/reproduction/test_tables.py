@@ -154,6 +154,12 @@ def test_table_2_has_the_ranks_of_the_paper(results):
     assert tables.table_2(results, "posing").rows == []
 
 
+def test_pairs_in_the_same_order():
+    ranks = {"a": "1", "b": "2", "c": "3"}
+    assert tables._in_order(ranks, {"a": "1", "b": "3", "c": "2"}) == "2 of 3"
+    assert tables._in_order(ranks, {"a": "1", "b": "1", "c": "3"}) == "2 of 3"  # a tie is no order
+
+
 def test_spreads_and_differences_that_round_to_nothing_say_so(of_plan):
     twice = [{**one, "seed": seed} for one in of_plan if one["row"] == "zero-velocity" for seed in (0, 1)]
     (cell, *_) = tables.table_4(Results(read_plan(), twice), "walking").rows[0][3:]
