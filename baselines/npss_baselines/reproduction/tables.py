@@ -304,11 +304,11 @@ def table_2(results: Results, action: str) -> Table:
     if missing:
         notes.append(f"Not yet ranked here: {', '.join(missing)} {'have' if len(missing) > 1 else 'has'} no record.")
     else:
-        euler, released = ours[0], ours[1]
+        (euler, released), (their_euler, their_released) = ours[:2], theirs.values()
         notes.append(
-            f"Pairs of models in the order of the paper: {_in_order(euler, theirs['euler_error'])} by Euler error, "
-            f"{_in_order(released, theirs['released'])} by `released`. In the same order by Euler error and by "
-            f"`released`: {_in_order(euler, released)} here, {_in_order(theirs['euler_error'], theirs['released'])} in the paper."
+            f"Pairs of models in the order of the paper: {_in_order(euler, their_euler)} by Euler error, "
+            f"{_in_order(released, their_released)} by `released`. In the same order by Euler error and by `released`: "
+            f"{_in_order(euler, released)} here, {_in_order(their_euler, their_released)} in the paper."
         )
     return Table(f"Table 2, {action}: ranks", header, rows, notes, 1)
 
