@@ -16,6 +16,7 @@ CHECKS = {
     "machines": ([".ci/machines.py"], "Run the numeric tests as other machines would."),
     "lint": ([".ci/lint"], "Check style, types and layers."),
     "docs": ([".ci/docs"], "Build the documentation, with warnings as errors."),
+    "commands": ([".ci/thorough", "commands"], "Every command of every page; needs folders of motion."),
     "mutation": ([".ci/thorough", "mutants"], "Change the code place by place; each change must fail a test."),
     "wheels": ([".ci/wheels", "dist"], "Build both wheels and check them."),
     "all": ([".ci/run"], "Run what decides, in fresh environments."),

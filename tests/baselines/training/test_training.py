@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import pickle
+import re
 import signal
 import sys
 from dataclasses import replace
@@ -105,7 +106,7 @@ def test_runs_together_give_the_same_as_alone(tmp_path, optimizer):
 
 
 @pytest.mark.parametrize("device", ["cpu", "cuda"])
-def test_runs_together_can_be_resumed(request, tmp_path, monkeypatch, device):
+def test_runs_together_can_be_resumed(request, tmp_path, monkeypatch, capsys, device):
     """From a checkpoint between two validations, which holds losses."""
     if device == "cuda":
         request.getfixturevalue("gpu")
@@ -126,7 +127,9 @@ def test_runs_together_can_be_resumed(request, tmp_path, monkeypatch, device):
     assert torch.load(tmp_path / "cut" / config.CHECKPOINT, weights_only=True)["losses"][1]["loss"].shape == (2,)
     with pytest.raises(ValueError, match=r"^--resume: .*last\.ckpt holds 0, 1, not 0$"):
         trained_together(tmp_path / "cut", several[:1], device)
+    capsys.readouterr()
     resumed = trained_together(tmp_path / "cut", several, device)
+    assert re.search(r"^resuming at [1-9]\d?% of 10 iterations$", capsys.readouterr().out, re.M)
     for i, rows in enumerate(resumed):
         assert [row["loss"] for row in rows] == pytest.approx([row["loss"] for row in expected[i]], rel=1e-3)
     if device == "cuda":
