@@ -13,7 +13,7 @@ from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.scaling import fit_scaling
 from npss_baselines.manifold.restorers.conditional import Conditional
 from npss_baselines.manifold.restorers.interpolation import Interpolation
-from npss_baselines.manifold.restorers.kernel_ridge import fit_kernel_ridge
+from npss_baselines.manifold.restorers.kernel_ridge import FRAMES, fit_kernel_ridge
 from npss_baselines.manifold.restorers.key_ridge import fit_key_ridge
 from npss_baselines.manifold.restorers.restorer import Restorer
 from npss_baselines.manifold.restorers.smoothing import Smoothing
@@ -58,7 +58,8 @@ class SimpleWays:
         if name == "pose-gaussian":
             return Conditional(fit_gaussian(windows, mask, self.scaling, span=1, ridge=POSE_RIDGE))
         if name in ("kernel-ridge", "kernel-ridge-2"):
-            return fit_kernel_ridge(windows, mask, scale="kind" if name == "kernel-ridge" else "feature")
+            frames = min(FRAMES, mask.sum() // 4)  # neighbours are nearly equal, and its time grows with the cube
+            return fit_kernel_ridge(windows, mask, scale="kind" if name == "kernel-ridge" else "feature", frames=frames)
         if name == "key-ridge":
             return fit_key_ridge(windows, mask, self.scaling)
         return Conditional(fit_gaussian(windows, mask, self.scaling))
