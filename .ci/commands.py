@@ -32,6 +32,7 @@ CHANGES = [
     (r"--h36m DIR", "--h36m H36M"),
     (r"--bvh DIR", "--bvh BVH"),
     (r" --iterations \d+", ""),
+    (r" --tf32", ""),  # needs a GPU
     (r"--apart", "--apart --subjects 1 6 8 11"),  # who have files of all actions in copies that lack some
     (r"( train vgru-d .*)", r"\1 --iterations 2 --recipe.batch 4"),
     (r"( (?:train (?:manifold|restorer)|manifold (?:table|measure)) (?!.*--quick).*)", r"\1 --quick"),

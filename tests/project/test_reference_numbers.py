@@ -128,6 +128,20 @@ def test_what_the_text_says_holds(writer, results):
     assert min(on_smoking, key=on_smoking.get) == "mbr-long"
     assert max(on_smoking, key=on_smoking.get) == "mbr-unsup"
     assert on_smoking["mbr-unsup"] < 2.794 - 0.3
+    losses = {
+        name: [
+            score(name, "walking", *place) - score("vgru-d", "walking", *place)
+            for place in (("released",), ("released", "random-256"), ("paper",))
+        ]
+        for name in ("open-loop", "sampling", "noise", "vgru-ac", "no-top-rnn", "no-derivatives")
+    }  # the ablation
+    for name in ("open-loop", "sampling", "noise", "vgru-ac"):
+        assert losses[name][0] > 0.085, name
+        assert losses[name][1] > 0.05, name
+    assert max(abs(losses[name][0]) for name in ("no-top-rnn", "no-derivatives")) < 0.085
+    assert [name for name, (_, _, paper) in losses.items() if paper > 0.085] == ["open-loop", "sampling"]
+    fast, whole = (results.of("walking")[name].record["speed_ratio"] for name in ("no-top-rnn", "vgru-d"))
+    assert whole < fast < 1
     for action in actions:  # Table 2
         rows = dict(results.of(action).items())
         euler = study.rank(
