@@ -33,11 +33,14 @@ CHANGES = [
     (r"--bvh DIR", "--bvh BVH"),
     (r" --iterations \d+", ""),
     (r" --tf32", ""),  # needs a GPU
+    (r" all-1.npz all-2.npz", ""),  # trained as all-0.npz
     (r"--apart", "--apart --subjects 1 6 8 11"),  # who have files of all actions in copies that lack some
     (r"( train vgru-d .*)", r"\1 --iterations 2 --recipe.batch 4"),
     (r"( (?:train (?:manifold|restorer)|manifold (?:table|measure)) (?!.*--quick).*)", r"\1 --quick"),
     (r"( reproduce (?!.*--(?:list|budget|only zero-velocity)).*)", r"\1 --budget minutes"),
 ]
+#: What a page takes from another one.
+BEFORE = {"repair.md": "npss-baselines train manifold --quick --out runs/manifold"}
 FUNCTION = """
 import npss
 
@@ -89,19 +92,23 @@ def prepare(folder: Path) -> None:
         done = shell(command, folder)
         if done.returncode:
             raise SystemExit(f"{command}\n{done.stderr}")
-    for name in ("samples.h5", "walking.h5"):
+    for name in ("FILE.h5", "samples.h5", "walking.h5"):
         shutil.copy(folder / "a.h5", folder / name)
-    for directory in ("DIR", "SAMPLES"):
+    records = (folder / "records.json").read_text(encoding="utf-8")
+    for ours, theirs in (("zero-velocity", "VGRU-d"), ("repeat-50", "GRU-d")):  # whom the votes compare
+        records = records.replace(f'"{ours}"', f'"{theirs}"')
+    (folder / "records.json").write_text(records, encoding="utf-8")
+    for directory in ("DIR", "SAMPLES", "samples"):
         (folder / directory).mkdir()
         for source, name in (("model.h5", "VGRU-d.h5"), ("a.h5", "GRU-d.h5")):
             shutil.copy(folder / source, folder / directory / name)
 
     shutil.copy(folder / "samples.npz", folder / "b.npz")
     rng = np.random.default_rng(0)
-    gt, mine, theirs = rng.normal(size=(3, 12, 100, 99)).cumsum(axis=2) / 30
+    gt, mine, other = rng.normal(size=(3, 12, 100, 99)).cumsum(axis=2) / 30
     np.save(folder / "gt.npy", gt)
     np.save(folder / "pred.npy", mine)
-    for name, motion in (("mine", mine), ("theirs", theirs), ("results", mine)):
+    for name, motion in (("mine", mine), ("theirs", other), ("results", mine)):
         np.savez(folder / f"{name}.npz", **{"all/gt": gt, "all/pred": motion})
     for name, motion in (("gt", gt), ("pred", mine)):
         np.savez(folder / f"{name}.npz", walking=motion)
@@ -113,7 +120,7 @@ def prepare(folder: Path) -> None:
 
     votes = []
     for action in ("walking", "eating"):
-        questions = study.design(["VGRU-d", "GRU-d"], range(8), 6, seed=0)
+        questions = study.design(["VGRU-d", "GRU-d"], range(8), 6, seed=0, attention_checks=1)
         votes += study.simulate_votes(questions, {"VGRU-d": 0.8, "GRU-d": 0.0}, 8, action=action, seed=1)
     (folder / "answers").mkdir()
     study.write_votes(folder / "answers/all.csv", votes)
@@ -150,7 +157,7 @@ def main(names: list[str]) -> int:
             print(f"\n{page.relative_to(PROJECT)}", flush=True)
             folder = Path(temporary, page.stem)
             shutil.copytree(prepared, folder, symlinks=True)
-            for line in lines:
+            for line in [BEFORE[page.name], *lines] if page.name in BEFORE else lines:
                 began, command = time.monotonic(), changed(line)
                 done = shell(command, folder)
                 count += 1
