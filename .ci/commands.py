@@ -23,6 +23,7 @@ from npss import study
 
 PROJECT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(PROJECT / "tests" / "helpers"))
+import lafan1  # noqa: E402
 from pages import PAGES, commands  # noqa: E402
 
 VARIABLES = {"H36M": "NPSS_H36M", "CMU": "NPSS_CMU", "STYLES": "NPSS_CMU_STYLES"}
@@ -132,11 +133,12 @@ def prepare(folder: Path) -> None:
     for name in ("walk", "clip", "keys"):
         shutil.copy(clips[0], folder / f"{name}.bvh")
     shutil.copy(clips[1], folder / "run.bvh")
-    lafan1 = [f"walk_subject{number}" for number in range(1, 6)]
-    for directory, names in (("FOLDER", "abc"), ("BVH", ["a", "b", *lafan1]), ("BVH/01", "c"), ("BVH/05", "d")):
+    for directory, names in (("FOLDER", "abc"), ("BVH", "ab"), ("BVH/01", "c"), ("BVH/05", "d")):
         (folder / directory).mkdir()
         for name, clip in zip(names, clips, strict=False):
             shutil.copy(clip, folder / directory / f"{name}.bvh")
+    for subject in range(1, 6):
+        lafan1.write_bvh(folder / f"BVH/walk_subject{subject}.bvh", *lafan1.clip(subject, 120))
 
 
 def main(names: list[str]) -> int:
