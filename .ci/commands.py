@@ -34,6 +34,7 @@ CHANGES = [
     (r"--bvh DIR", "--bvh BVH"),
     (r" --iterations \d+", ""),
     (r" --tf32", ""),  # needs a GPU
+    (r"leaderboard mine.npz --protocol", "leaderboard samples.npz --protocol"),  # of recorded clips
     (r" all-1.npz all-2.npz", ""),  # trained as all-0.npz
     (r"--apart", "--apart --subjects 1 6 8 11"),  # who have files of all actions in copies that lack some
     (r"( train vgru-d .*)", r"\1 --iterations 2 --recipe.batch 4"),
