@@ -76,7 +76,11 @@ def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """Run a command in a folder, which is the user's home, too."""
     home = {"HOME": str(folder), "MPLBACKEND": "agg"}
     return subprocess.run(
-        ["bash", "-euo", "pipefail", "-c", command], cwd=folder, env=os.environ | home, capture_output=True, text=True
+        ["bash", "-euo", "pipefail", "-c", command],
+        cwd=folder,
+        env=os.environ | home,
+        capture_output=True,
+        encoding="utf-8",
     )
 
 
