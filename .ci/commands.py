@@ -36,7 +36,7 @@ CHANGES = [
     (r" --tf32", ""),  # needs a GPU
     (r"leaderboard mine.npz --protocol", "leaderboard samples.npz --protocol"),  # of recorded clips
     (r" all-1.npz all-2.npz", ""),  # trained as all-0.npz
-    (r"--apart", "--apart --subjects 1 6 8 11"),  # who have files of all actions in copies that lack some
+    (r" discussion --apart", " --apart --subjects 1 6 8 11"),  # what is there in copies that lack files
     (r"( train vgru-d .*)", r"\1 --iterations 2 --recipe.batch 4"),
     (r"( (?:train (?:manifold|restorer)|manifold (?:table|measure)) (?!.*--quick).*)", r"\1 --quick"),
     (r"( reproduce (?!.*--(?:list|budget|only zero-velocity)).*)", r"\1 --budget minutes"),
