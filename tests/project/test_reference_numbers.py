@@ -84,7 +84,7 @@ def in_order(one, other):
 
 
 def test_what_the_text_says_holds(writer, results):
-    """The sentences that a person wrote about untrained rows."""
+    """The sentences that a person wrote."""
     actions = ("walking", "eating", "smoking")
     theirs = published.records("Gopalakrishnan et al. 2019")
 
@@ -143,7 +143,7 @@ def test_what_the_text_says_holds(writer, results):
     fast, whole = (results.of("walking")[name].record["speed_ratio"] for name in ("no-top-rnn", "vgru-d"))
     assert whole < fast < 1
     for action in actions:  # Table 2
-        rows = dict(results.of(action).items())
+        rows = results.of(action)
         euler = study.rank(
             {name: sum(n.value for n in rows[name].numbers() if not n.convention) for name in on_smoking}
         )
