@@ -77,11 +77,9 @@ def run(options: argparse.Namespace) -> None:
     trial = options.budget == BUDGETS[0]
     source, folder = pose_source_of(options, "synthetic" if trial else None)
     runs = read_plan(options.plan).runs(source, budget=options.budget, only=options.only)
-    if options.out is None:
-        print(_listed(runs, None))
-        return
-    place = Place(source, folder, options.out / "trial" if trial else options.out, trial)
-    if options.list:
+    out = options.out
+    place = None if out is None else Place(source, folder, out / "trial" if trial else out, trial)
+    if place is None or options.list:
         print(_listed(runs, place))
         return
     folders = [place.run(planned) for planned in runs]
