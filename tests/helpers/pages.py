@@ -1,6 +1,8 @@
-"""Read the code blocks and the commands of the documentation's pages."""
+"""Read the code blocks and the commands of the documentation's pages, and run their programs."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 PROJECT = Path(__file__).parents[2]
@@ -18,6 +20,22 @@ def blocks(page, *languages):
     text = page.read_text(encoding="utf-8")
     found = re.findall(r"^```([^\n]*)\n(.*?)^```$", text, flags=re.M | re.S)
     return [block for language, block in found if language in languages]
+
+
+def marked(page, kind, name):
+    """Return the code block after the comment ``<!-- KIND: NAME -->``."""
+    text = page.read_text(encoding="utf-8")
+    (block,) = re.findall(rf"^<!-- {kind}: {re.escape(name)} -->\n```\w+\n(.*?)^```$", text, flags=re.M | re.S)
+    return block
+
+
+def printed(program, folder):
+    """Run a program in a folder, in a process of its own, and return what it prints."""
+    done = subprocess.run(
+        [sys.executable, "-X", "utf8", "-c", program], capture_output=True, encoding="utf-8", cwd=folder, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def commands(page):

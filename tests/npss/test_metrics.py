@@ -3,7 +3,6 @@
 import json
 import pickle
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +17,10 @@ from npss.records import measure, signature_of, summary
 from npss.skeleton import poses_to_positions
 from npss.study import Question, Vote, model_scores, rank
 from npss.study._summary import summary as vote_summary
+from pages import PROJECT, marked
 
 pytestmark = pytest.mark.usefixtures("registry")
-PAGE = Path(__file__).parents[2] / "docs/extending.md"
+PAGE = PROJECT / "docs" / "extending.md"
 N, T = 8, 25
 
 
@@ -44,9 +44,7 @@ def samples(tmp_path):
 @pytest.fixture
 def page():
     """The example of the documentation, which registers a metric."""
-    code = re.search(
-        r"<!-- file: mpjpe.py -->\n```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL
-    ).group(1)
+    code = marked(PAGE, "file", "mpjpe.py")
     assert len(code.splitlines()) <= 32
     exec(compile(code, str(PAGE), "exec"), {})
     return METRICS["mpjpe"]

@@ -5,7 +5,6 @@ import re
 import subprocess
 import sys
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,18 +12,15 @@ import pytest
 from command_line import run, samples
 from entry_points import declare
 from npss import files, plugins
+from pages import PROJECT, marked
 from registered import restored
 
-PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
+PAGE = PROJECT / "docs" / "extending.md"
 pytestmark = pytest.mark.skipif(not PAGE.exists(), reason="needs the documentation")
 
 
 def printed(kind, name):
-    """Return the code block after a marker."""
-    (block,) = re.findall(
-        rf"^<!-- {kind}: {re.escape(name)} -->\n```\w+\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S
-    )
-    return block
+    return marked(PAGE, kind, name)
 
 
 def call(folder, line, *path):

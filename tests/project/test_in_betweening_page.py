@@ -1,8 +1,5 @@
 """Run the snippets of docs/in-betweening.md, one after the other, and compare its table."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,8 +8,9 @@ import npss
 from npss.inbetweening import Local, forward, interpolation, table, train_statistics, transition, windows
 from npss.rotations import euler_to_quaternion
 from npss.skeleton import Skeleton
+from pages import PROJECT, blocks
 
-PAGE = Path(__file__).parents[2] / "docs" / "in-betweening.md"
+PAGE = PROJECT / "docs" / "in-betweening.md"
 pytestmark = pytest.mark.skipif(not PAGE.exists(), reason="needs the documentation")
 
 
@@ -39,7 +37,7 @@ def test_snippets(tmp_path, monkeypatch, capsys):
         "test_clips": clips,
         "npss": npss,
     }
-    for snippet in re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S):
+    for snippet in blocks(PAGE, "python"):
         exec(snippet, names)
     out = capsys.readouterr().out
     assert out.startswith("protocol lafan1: not its ground truth\n")

@@ -1,6 +1,5 @@
 """Run the commands of docs/manifold.md that need no data."""
 
-import re
 import shlex
 from pathlib import Path
 
@@ -8,16 +7,18 @@ import pytest
 
 from npss_baselines.__main__ import main
 from npss_baselines.manifold.applications.restore import RESTORATIONS
+from pages import PROJECT, blocks
 
-PAGE = Path(__file__).parents[2] / "docs" / "manifold.md"
+PAGE = PROJECT / "docs" / "manifold.md"
+pytestmark = pytest.mark.skipif(not PAGE.exists(), reason="needs the documentation")
 
 
-@pytest.mark.skipif(not PAGE.exists(), reason="needs the documentation")
+@pytest.mark.slow
 def test_commands(tmp_path, monkeypatch, capsys):
     pytest.importorskip("torch")
     pytest.importorskip("matplotlib")
     monkeypatch.chdir(tmp_path)
-    (commands,) = re.findall(r"^```sh\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S)
+    (commands,) = blocks(PAGE, "sh")
     for command in commands.splitlines():
         program, *arguments = shlex.split(command)
         assert program == "npss-baselines"
@@ -28,12 +29,10 @@ def test_commands(tmp_path, monkeypatch, capsys):
     assert Path("repair.png").stat().st_size > 10_000
 
 
-@pytest.mark.skipif(not PAGE.exists(), reason="needs the documentation")
 def test_a_clip_is_repaired(tmp_path, monkeypatch, capsys):
     pytest.importorskip("scipy")
     monkeypatch.chdir(tmp_path)
-    page = PAGE.with_name("repair.md").read_text(encoding="utf-8")
-    (commands,) = re.findall(r"^```sh\n(.*?)^```", page, flags=re.M | re.S)
+    (commands,) = blocks(PAGE.with_name("repair.md"), "sh")
     for command in commands.splitlines():
         assert main(shlex.split(command)[1:]) == 0, capsys.readouterr().err
     assert "LeftLeg, LeftFoot: held" in capsys.readouterr().out

@@ -4,14 +4,14 @@ import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import npss
+from pages import PROJECT
 
-PAGE = Path(__file__).parents[2] / "docs" / "scale.md"
+PAGE = PROJECT / "docs" / "scale.md"
 NEEDS = {"concurrent.futures": "numpy", "dask": "distributed", "torch.distributed": "torch"}
 
 

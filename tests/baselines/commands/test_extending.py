@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable
 from copy import copy
 from dataclasses import make_dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,17 +24,15 @@ from npss_baselines.manifold.training import config as manifold_config
 from npss_baselines.models import MODELS, register_model
 from npss_baselines.models.recipe import Recipe
 from npss_baselines.runs import config
+from pages import PROJECT, marked
 from registered import restored
 
-PAGE = Path(__file__).parents[3] / "docs" / "extending.md"
+PAGE = PROJECT / "docs" / "extending.md"
 SUBJECTS = ("anna", "ben", "carla", "dora")
 
 
 def printed(kind, name):
-    """Return the block after a marker."""
-    text = PAGE.read_text(encoding="utf-8")
-    (block,) = re.findall(rf"^<!-- {kind}: {re.escape(name)} -->\n```\w+\n(.*?)^```$", text, re.M | re.S)
-    return block
+    return marked(PAGE, kind, name)
 
 
 @pytest.fixture

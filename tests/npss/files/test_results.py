@@ -2,8 +2,6 @@
 
 import ast
 import json
-import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +10,9 @@ import npss
 from npss.files._meta import Meta
 from npss.files._results import is_folder_of_results, read_results
 from npss.files._samples import read_poses
+from pages import PROJECT, blocks
 
-PAGE = Path(__file__).parents[3] / "docs" / "write-results.md"
+PAGE = PROJECT / "docs" / "write-results.md"
 META = {"representation": "positions", "fps": 30, "protocol": "mine", "unit": "cm", "parents": [-1, 0, 1, 2]}
 
 
@@ -228,12 +227,11 @@ def test_features_are_named_after_joints():
 @pytest.mark.skipif(not PAGE.exists(), reason="needs the source code")
 def test_the_writer_of_the_page_is_read_and_is_old_python(tmp_path, monkeypatch):
     """Both blocks of the page, of which the first is the writer, are valid in Python 3.6 and need numpy alone."""
-    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 2
-    assert len(blocks[0].strip().splitlines()) <= 15
+    writer, example = blocks(PAGE, "python")
+    assert len(writer.strip().splitlines()) <= 15
     monkeypatch.chdir(tmp_path)
     names = {}
-    for block in blocks:
+    for block in (writer, example):
         ast.parse(block, feature_version=(3, 6))
         exec(block, names)
     (pair,) = read_results(tmp_path / "mine.npz")
@@ -244,7 +242,7 @@ def test_the_writer_of_the_page_is_read_and_is_old_python(tmp_path, monkeypatch)
 def test_the_writer_takes_tensors(tmp_path):
     torch = pytest.importorskip("torch")
     names = {}
-    exec(re.search(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)[1], names)
+    exec(blocks(PAGE, "python")[0], names)
     gt = torch.ones(2, 3, 4, requires_grad=True)
     names["write_results"](tmp_path / "a.npz", {"walk": (gt, gt * 2)})
     assert pairs_of(tmp_path / "a.npz")["walk"].pred.max() == 2

@@ -6,7 +6,6 @@ import re
 import subprocess
 import sys
 from html import unescape
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -25,8 +24,9 @@ import npss.plot
 from npss._analysis.bootstrap import METHOD, RESAMPLES, bootstrap_interval
 from npss.plot.style import label
 from npss.skeleton import H36M, Skeleton, poses_to_positions
+from pages import PROJECT, blocks
 
-PAGE = Path(__file__).parents[3] / "docs" / "pictures.md"
+PAGE = PROJECT / "docs" / "pictures.md"
 CONVENTIONS = {
     **npss.CONVENTIONS,
     "one-sided": npss.Convention(bins="one-sided"),
@@ -663,7 +663,7 @@ def test_text_can_be_read():
 
 @pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
 def test_the_program_of_the_page(tmp_path):
-    (program,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.M | re.S)
+    (program,) = blocks(PAGE, "python")
     (tmp_path / "program.py").write_text(program, encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "-W", "error", "program.py"], capture_output=True, encoding="utf-8", cwd=tmp_path, timeout=240
