@@ -10,6 +10,8 @@ import npss
 from npss.inbetweening import l2p
 from npss_baselines.__main__ import main
 
+pytestmark = pytest.mark.slow
+
 TRAIN = {"walk1_subject1": (1, 96), "run2_subject4": (2, 51)}
 TEST = {"walk1_subject5": (3, 106), "jump1_subject5": (4, 66)}
 

@@ -21,6 +21,8 @@ from npss_baselines.manifold.restorers.file import SHIPPED
 from npss_baselines.manifold.show import drawing, figures
 from untrained import manifold_of
 
+pytestmark = pytest.mark.slow
+
 
 class TestTable:
     def test_a_table_for_each_application(self, records):

@@ -16,6 +16,8 @@ from npss_baselines.data import pose_sources
 from npss_baselines.reproduction import job, processes
 from npss_baselines.reproduction.plan import read_plan
 
+pytestmark = pytest.mark.slow
+
 SYNTHETIC = pose_sources()["synthetic"]
 PLAN = """
 [recipes.untrained]

@@ -63,6 +63,7 @@ def test_the_number_of_threads_is_chosen_and_recorded(tmp_path, monkeypatch, use
     assert train("--threads", "1") == {1}
 
 
+@pytest.mark.slow
 def test_a_resumed_run_keeps_its_number_of_threads(tmp_path, used):
     out = tmp_path / "r"
     assert command("train", *MODEL, "--threads", "2", "--out", out) == 0
