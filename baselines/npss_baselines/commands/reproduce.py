@@ -45,7 +45,7 @@ def add_parser(commands: Any) -> None:
         nargs="+",
         default=[],
         metavar="NAME",
-        help="run only these tables, rows or models of the plan",
+        help="run only these tables, rows or runs, by the names that --list prints",
     )
     parser.add_argument(
         "--budget",

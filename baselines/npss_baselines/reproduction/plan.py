@@ -121,18 +121,20 @@ class Plan:
         budget : {'minutes', 'hours', 'full'}, optional
             How much of the plan to run.
         only : sequence of str, optional
-            Names of rows, models or tables to run; by default, all.
+            Names of runs, rows, tables, or models that are no rows; by default, all.
 
         Raises
         ------
         ValueError
-            If a name is that of no row, model or table, or of none within the budget; if the budget is unknown; or if
-            the source has some actions of the plan, but none of a group.
+            If a name is that of no run, row, table or model, or of none within the budget; if the budget is unknown; or
+            if the source has some actions of the plan, but none of a group.
         """
         one_of("budget", budget, BUDGETS)
+        planned = {run.name: run for run in self._runs(source, budget)}
         for name in only:
-            one_of("only", name, self.names())
-        runs = {run.name: run for run in self._runs(source, budget) if not only or _named(run.row) & {*only}}
+            if name not in planned:
+                one_of("only", name, self.names())
+        runs = {name: run for name, run in planned.items() if not only or self._has(run, {*only})}
         if only and not runs:
             raise ValueError(f"only: the plan has no run of {', '.join(only)} within the budget {budget!r}")
         return list(runs.values())
@@ -142,6 +144,11 @@ class Plan:
         rows = self.rows.values()
         tables = [table for row in rows for table in row.tables]
         return tuple(dict.fromkeys([*tables, *self.rows, *(row.model for row in rows)]))
+
+    def _has(self, run: Planned, only: set[str]) -> bool:
+        """Return whether one of the names is that of a run, its row, its tables, or a model that is no row."""
+        models = {run.row.model} - self.rows.keys()
+        return bool(only & {run.name, run.row.name, *run.row.tables, *models})
 
     def _runs(self, source: PoseSource, budget: str) -> Iterator[Planned]:
         foreign = not any(action in source.actions for group in self.order for action in group["actions"])
@@ -238,10 +245,6 @@ def _plan(values: Mapping[str, Any]) -> Plan:
         for action, of_action in _table("subjects", values.get("subjects", {})).items()
     }
     return Plan(rows, tuple(order), {name: recipe["what"] for name, recipe in recipes.items()}, subjects)
-
-
-def _named(row: Row) -> set[str]:
-    return {row.name, row.model, *row.tables}
 
 
 def _keys(where: str, value: Any, required: set[str], optional: Iterable[str] = ()) -> None:
