@@ -98,9 +98,12 @@ def test_what_the_text_says_holds(writer, results):
     assert score("zero-velocity", "smoking", "released") < best["smoking"]
     trained = {name: score(name, "walking", "released") for name in ("vgru-d", "vgru-ac", "gru-d", "vgru-r1")}
     for (name, ours), published_value in zip(trained.items(), (0.887, 1.032, 0.931, 1.217), strict=True):
-        assert abs(ours - published_value) < 0.085, name  # the smallest spread over seeds in docs/training.md
+        assert abs(ours - published_value) < 0.13 / 2, name  # the spread over seeds in docs/training.md
         assert 0.33 < results.of("walking")[name].record["speed_ratio"] < 0.51
     assert trained["gru-d"] < trained["vgru-d"] < trained["vgru-ac"]
+    assert score("gru-d", "walking", "released", "random-256") > score("vgru-d", "walking", "released", "random-256")
+    many = [score(row, "eating", "released", "random-256") for row in ("zero-velocity", "gru-d")]
+    assert many[0] < many[1]
     on_eating = {name: score(name, "eating", "released") for name in trained}
     assert (
         0.836
@@ -114,7 +117,9 @@ def test_what_the_text_says_holds(writer, results):
     speeds = [results.of("eating")[name].record["speed_ratio"] for name in ("vgru-d", "vgru-ac", "vgru-r1")]
     assert max(speeds) < 0.4
     rivals = [score(name, "walking", "released") for name in ("mbr-long", "mbr-unsup")]
-    assert max(trained["vgru-d"], *rivals) - min(trained["vgru-d"], *rivals) < 0.085
+    assert max(abs(rival - trained["vgru-d"]) for rival in rivals) < 0.1
+    assert results.of("walking")["mbr-long"].number("euler_error", at="80").value > 0.93 + 0.3
+    assert results.of("smoking")["mbr-long"].record["speed_ratio"] < 0.1
     assert max(rivals) < 1.499 - 0.3
     rivals_on_eating = [score(name, "eating", "released") for name in ("mbr-long", "mbr-unsup")]
     assert max(rivals_on_eating) < min(1.481 - 0.3, on_eating["vgru-d"])
@@ -128,6 +133,29 @@ def test_what_the_text_says_holds(writer, results):
     assert min(on_smoking, key=on_smoking.get) == "mbr-long"
     assert max(on_smoking, key=on_smoking.get) == "mbr-unsup"
     assert on_smoking["mbr-unsup"] < 2.794 - 0.3
+    table_6 = {row: writer.tables.PUBLISHED[row] for row in ("vgru-r1-all", "mbr-unsup-all", "mbr-sup-all")}
+    above = {row: [] for row in table_6}
+    for row, name in table_6.items():
+        for record in theirs:
+            if record["model"] == name and record["action"] in actions:
+                numbers = results.of(record["action"])[row]
+                for time, value in record["euler_error"].items():
+                    above[row].append(numbers.number("euler_error", at=time).value - value)
+    for row in ("mbr-unsup-all", "mbr-sup-all"):
+        assert len(above[row]) == 12
+        assert max(above[row]) < 0.03
+        assert sum(difference < 0 for difference in above[row]) > 6
+    for action in actions:
+        errors, still = (
+            [results.of(action)[row].number("euler_error", at=time).value for time in ("80", "160", "320", "400")]
+            for row in ("vgru-r1-all", "zero-velocity")
+        )
+        assert all(abs(error - other) < 0.1 * other for error, other in zip(errors, still, strict=True))
+        assert results.of(action)["vgru-r1-all"].record["speed_ratio"] < 0.2
+    six = {"walking": [*trained.values(), *rivals], "eating": [*on_eating.values(), *rivals_on_eating]}
+    for action, scores in six.items():
+        assert abs(score("mbr-sup-all", action, "released") - min(scores)) < 0.085
+    assert score("mbr-sup-all", "smoking", "released") < min(on_smoking.values()) - 0.085
     losses = {
         name: [
             score(name, "walking", *place) - score("vgru-d", "walking", *place)
@@ -136,9 +164,9 @@ def test_what_the_text_says_holds(writer, results):
         for name in ("open-loop", "sampling", "noise", "vgru-ac", "no-top-rnn", "no-derivatives")
     }  # the ablation
     for name in ("open-loop", "sampling", "noise", "vgru-ac"):
-        assert losses[name][0] > 0.085, name
-        assert losses[name][1] > 0.05, name
-    assert max(abs(losses[name][0]) for name in ("no-top-rnn", "no-derivatives")) < 0.085
+        assert 0.125 < losses[name][0] < 0.165, name
+        assert 0.055 < losses[name][1] < 0.255, name
+    assert max(abs(losses[name][0]) for name in ("no-top-rnn", "no-derivatives")) < 0.04
     assert [name for name, (_, _, paper) in losses.items() if paper > 0.085] == ["open-loop", "sampling"]
     fast, whole = (results.of("walking")[name].record["speed_ratio"] for name in ("no-top-rnn", "vgru-d"))
     assert whole < fast < 1
@@ -158,7 +186,25 @@ def test_what_the_text_says_holds(writer, results):
         assert in_order(euler, table_7) >= 12
         assert 7 <= in_order(released, table_4) <= 9
         assert in_order(euler, released) < in_order(table_7, table_4)
-    assert score("gru-d", "walking", "paper") < 0.95 * score("vgru-d", "walking", "paper")
+    behind = {}  # how many single windows, of nine; and on smoking, by how much
+    for row in ("dc-share", "calibrated-blend"):
+        behind[row] = 0
+        for action in actions:
+            for window in ("0-1", "1-2", "2-4"):
+                least = min(
+                    record["npss_windows"]["released"][window]
+                    for record in theirs
+                    if record["action"] == action and "npss_windows" in record
+                )
+                ours = results.of(action)[row].number("npss", "released", window).value
+                behind[row] += ours >= least
+                if (action, window) == ("smoking", "2-4"):
+                    assert ours / least - 1 == pytest.approx(
+                        {"dc-share": 0.43, "calibrated-blend": 0.18}[row], abs=0.005
+                    )
+                if (action, window) in (("walking", "0-1"), ("walking", "1-2")):
+                    assert results.of(action)["gated-periodic"].number("npss", "released", window).value < ours
+    assert behind == {"dc-share": 5, "calibrated-blend": 1}
     ahead = {
         convention: [
             score("periodic", action, convention, "random-256")

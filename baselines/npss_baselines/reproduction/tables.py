@@ -57,6 +57,11 @@ EXPLAINED = (
     "Small: the interval (95 %, bootstrap over blocks of windows) or, with fewer than ten blocks, the range of blocks; "
     "then the standard deviation of single draws, if the model has noise. ±: the standard deviation over seeds."
 )
+#: What is counted, and which pair is named.
+DISAGREEMENTS = (
+    "Pairs of rows in a different order, without the running averages, whose NPSS is that of zero-velocity. Of these, "
+    "the clearest: the pair whose numbers differ by the largest share in the metric that tells them apart less."
+)
 
 
 class Table(NamedTuple):
@@ -180,7 +185,7 @@ def table_5(results: Results, action: str, *, unwrap: str = "off") -> Table:
         _missing(results, "table-5", action),
         *(signatures(of_action.values(), "npss", ("released", "paper"), window) for window in WINDOWS),
     ]
-    return Table(title, ["model", "recipe", "", *(f"{window} s" for window in WINDOWS)], rows, _notes(notes), 3)
+    return Table(title, ["model", "recipe", "NPSS", *(f"{window} s" for window in WINDOWS)], rows, _notes(notes), 3)
 
 
 def euler_table(results: Results, action: str, name: str, times: Sequence[int]) -> Table:
@@ -193,7 +198,7 @@ def euler_table(results: Results, action: str, name: str, times: Sequence[int]) 
     number = name.rpartition("-")[2]
     found = results.of(action)
     notes = [_missing(results, name, action), signatures(found.values(), "euler_error", [""])]
-    header = ["model", "recipe", "", *(f"{time} ms" for time in times)]
+    header = ["model", "recipe", "Euler error", *(f"{time} ms" for time in times)]
     return Table(f"Table {number}, {action}: Euler error, radians", header, rows, _notes(notes), 3)
 
 
@@ -220,7 +225,7 @@ def best(results: Results, action: str) -> Table:
     cells = []
     columns = [("npss", "released", "", "`released`, 0-4 s")]
     columns += [("npss", "released", window, f"`released`, {window} s") for window in WINDOWS]
-    columns += [("euler_error", "", str(time), f"{time} ms") for time in SLICES_MS]
+    columns += [("euler_error", "", str(time), f"Euler error, {time} ms") for time in SLICES_MS]
     for metric, convention, at, heading in columns if rows else ():
         section = "npss_windows" if metric == "npss" and at else metric
         least = min(value for _, value in _published_column(action, section, at or convention))
@@ -229,10 +234,10 @@ def best(results: Results, action: str) -> Table:
         ours = [results.of(action)[row.name].number(metric, convention, at) for row in rows]
         marked = [f"**{_value(number)}**" if number.value < least else _value(number) for number in ours]
         cells.append([heading, _short(least), *marked])
-    header = ["", "to beat", *(row.name for row in rows)]
+    header = ["number", "to beat", *(row.name for row in rows)]
     note = (
-        "To beat: the smallest published number of any model; of Euler errors, zero-velocity as measured here if that "
-        "is smaller. In bold: below it."
+        "To beat: the smallest published number of any model; for Euler errors, zero-velocity as measured here if that "
+        "is lower. In bold: below it. Euler errors are in radians."
     )
     found = [results.of(action)[row.name] for row in rows]
     lines = [signatures(found, "npss", ["released"], window) for window in ("", *WINDOWS)]
@@ -249,16 +254,18 @@ def ablation(results: Results) -> Table:
         number = _number(results, row, action, "npss", "released")
         difference = ""
         if whole is not None and number is not None and row.recipe == whole.row.recipe and row.name != "vgru-d":
-            difference = f"{number.value - whole.number('npss', 'released').value:+.3f}"
+            difference = _signed(number.value - whole.number("npss", "released").value)
         cells = [
             _cell(results, row, action, "npss", convention, protocol=protocol)
             for protocol in (EIGHT, MANY)
             for convention in ("released", "paper")
         ]
         euler = [_cell(results, row, action, "euler_error", "", time) for time in ("400", "1000")]
-        rows.append([*named(row), *cells[:1], difference, *cells[1:], *euler])
+        found = results.of(action).get(row.name)
+        speed = "" if found is None or "speed_ratio" not in found.record else _short(found.record["speed_ratio"], 2)
+        rows.append([*named(row), *cells[:1], difference, *cells[1:], *euler, speed])
     header = ["model", "recipe", "`released`", "minus vgru-d", "`paper`", "`released`, 256 windows"]
-    header += ["`paper`, 256 windows", "400 ms", "1000 ms"]
+    header += ["`paper`, 256 windows", "Euler error, 400 ms", "Euler error, 1000 ms", "speed"]
     notes = [_missing(results, "ablation", action)]
     return Table("Ablation, walking: the model without one part", header, rows, _notes(notes))
 
@@ -277,7 +284,7 @@ def reproduces(results: Results) -> Table:
             if any(compared):
                 rows.append([*named(found.row), action, *compared])
     header = ["model", "recipe", "action", "`released`, published", "here", "difference"]
-    header += ["400 ms, published", "here", "difference"]
+    header += ["Euler error at 400 ms, published", "here", "difference"]
     return Table("Published and measured", header, rows, [], 3)
 
 
@@ -329,10 +336,12 @@ def disagreements(results: Results, action: str) -> Table:
     """Return how many pairs of rows each two metrics put in a different order."""
     ranks, scores = {}, {}
     for heading, protocol, metric in METRICS:
-        if len(found := _scores(results, action, protocol, metric)) > 1:
+        found = _scores(results, action, protocol, metric)
+        found = {row: score for row, score in found.items() if not row.startswith("running-average")}
+        if len(found) > 1:  # but for what NPSS does not tell from zero-velocity
             ranks[heading], scores[heading] = study.rank(found), found
     counts: dict[tuple[str, str], str] = {}
-    notes = ["Pairs of rows in a different order. The pair whose numbers differ most by both metrics:"] if ranks else []
+    notes = [DISAGREEMENTS] if ranks else []
     for one, other in combinations(ranks, 2):
         pairs = list(combinations([row for row in ranks[one] if row in ranks[other]], 2))
         differ = [(a, b) for a, b in pairs if (ranks[one][a] - ranks[one][b]) * (ranks[other][a] - ranks[other][b]) < 0]
@@ -590,7 +599,7 @@ def _cell(
     span = _span(results, found, number)
     below = [] if span is None else [f"{_short(span.low)}–{_short(span.high)}"]
     if number.over_draws is not None:
-        below.append(f"draws ±{_short(number.over_draws)}")
+        below.append(f"draws {_spread(number.over_draws)}")
     return _value(number) + (f"<br><small>{'; '.join(below)}</small>" if below else "")
 
 
@@ -632,9 +641,15 @@ def _as_published(value: float) -> str:
 
 def _value(number: Number) -> str:
     spread = number.over_seeds
-    if spread is None:
-        return _short(number.value)
-    return f"{_short(number.value)} ±{_short(spread)}" if spread >= 0.0005 else f"{_short(number.value)} ±<.001"
+    return _short(number.value) if spread is None else f"{_short(number.value)} {_spread(spread)}"
+
+
+def _spread(std: float) -> str:
+    return f"±{_short(std)}" if std >= 0.0005 else "±<.001"
+
+
+def _signed(difference: float) -> str:
+    return ("-" if difference < 0 else "+") + _short(abs(difference))
 
 
 def _per_cent(share: float) -> str:
