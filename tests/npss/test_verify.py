@@ -105,6 +105,7 @@ def test_frame_rate_lengths_and_past(cut, protocol):
     row = npss.inbetweening.l2q(gt, held, past=past[:, -1])
     own = replace(protocol, zero_velocity={**protocol.zero_velocity, "l2q": (0.1, 0.2, round(row, 2), 0.4)})
     assert verify(gt, own, past=past).ok
+    assert verify(gt, protocol, past=past) == verify(gt, protocol)  # without a row of L2Q there is nothing to compare
     assert verify(gt, own, past=past.reshape(len(gt), 10, 88)).ok
     (finding,) = verify(gt, own, past=past[:, :-1]).findings
     assert finding.startswith("the L2Q of zero-velocity is ")
