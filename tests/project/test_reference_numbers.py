@@ -133,6 +133,16 @@ def test_what_the_text_says_holds(writer, results):
     assert min(on_smoking, key=on_smoking.get) == "mbr-long"
     assert max(on_smoking, key=on_smoking.get) == "mbr-unsup"
     assert on_smoking["mbr-unsup"] < 2.794 - 0.3
+    faithful = results.of("walking")["vgru-d-faithful"]
+    (table_7,) = (
+        record["euler_error"]
+        for record in theirs
+        if (record["model"], record["action"]) == ("VGRU-d", "walking") and "euler_error" in record
+    )
+    assert len(table_7) == 6
+    assert all(abs(faithful.number("euler_error", at=at).value / value - 1) < 0.05 for at, value in table_7.items())
+    assert abs(faithful.number("npss", "released").value - best["walking"]) < 0.085
+    assert faithful.record["speed_ratio"] == pytest.approx(0.63, abs=0.005)
     table_6 = {row: writer.tables.PUBLISHED[row] for row in ("vgru-r1-all", "mbr-unsup-all", "mbr-sup-all")}
     above = {row: [] for row in table_6}
     for row, name in table_6.items():
