@@ -32,7 +32,7 @@ def marked(page, kind, name):
 def printed(program, folder):
     """Run a program in a folder, in a process of its own, and return what it prints."""
     done = subprocess.run(
-        [sys.executable, "-X", "utf8", "-c", program], capture_output=True, encoding="utf-8", cwd=folder, timeout=300
+        [sys.executable, "-X", "utf8", "-c", program], capture_output=True, encoding="utf-8", cwd=folder, timeout=120
     )
     assert done.returncode == 0, done.stderr
     return done.stdout

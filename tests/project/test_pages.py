@@ -13,6 +13,8 @@ from pages import COMMAND, PAGES, PROJECT, blocks, commands, printed
 
 #: Pages with tests of their own, which give the data, or compare all that is printed.
 OWN = {"extending.md", "identify.md", "in-betweening.md", "pictures.md", "scale.md", "study.md", "write-results.md"}
+#: How many programs there are in pages whose printed text is compared.
+PROGRAMS = {"arrays.md": 1, "comparing.md": 1, "errors.md": 2}
 #: What the programs of other pages print, among other things.
 PRINTED = {
     "comparing.md": {
@@ -39,7 +41,9 @@ def test_python(page, tmp_path):
             pytest.importorskip(package)
     if page.name == "training-loop.md":
         pytest.importorskip("lightning")
-    program = "\n".join(blocks(page, "python"))
+    programs = blocks(page, "python")
+    assert len(programs) == PROGRAMS.get(page.name, len(programs))
+    program = "\n".join(programs)
     output = printed(program, tmp_path)
     assert {text for text in PRINTED.get(page.name, ()) if text not in output} == set()
     if page.name == "arrays.md":  # as a comment

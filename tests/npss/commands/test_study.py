@@ -589,6 +589,7 @@ def programs():
 @pytest.mark.skipif(not PAGE.exists(), reason="the documentation is not beside the tests")
 def test_the_page_shows_what_each_program_prints():
     assert [program for program, _ in programs()] == blocks(PAGE, "python")
+    assert len(programs()) == 6
 
 
 @pytest.mark.parametrize(("program", "shown"), programs())
