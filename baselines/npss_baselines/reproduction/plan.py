@@ -130,9 +130,9 @@ class Plan:
             if the source has some actions of the plan, but none of a group.
         """
         one_of("budget", budget, BUDGETS)
-        planned = {run.name: run for run in self._runs(source, budget)}
+        planned, full = ({run.name: run for run in self._runs(source, of)} for of in (budget, "full"))
         for name in only:
-            if name not in planned:
+            if name not in {**full, **planned}:
                 one_of("only", name, self.names())
         runs = {name: run for name, run in planned.items() if not only or self._has(run, {*only})}
         if only and not runs:

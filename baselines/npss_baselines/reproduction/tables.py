@@ -337,8 +337,9 @@ def disagreements(results: Results, action: str) -> Table:
     ranks, scores = {}, {}
     for heading, protocol, metric in METRICS:
         found = _scores(results, action, protocol, metric)
+        # NPSS does not tell running averages from zero-velocity, so their pairs would count one difference thrice.
         found = {row: score for row, score in found.items() if not row.startswith("running-average")}
-        if len(found) > 1:  # but for what NPSS does not tell from zero-velocity
+        if len(found) > 1:
             ranks[heading], scores[heading] = study.rank(found), found
     counts: dict[tuple[str, str], str] = {}
     notes = [DISAGREEMENTS] if ranks else []
