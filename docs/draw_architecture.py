@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Draw docs/architecture.svg: the rooms of each package in the layers of pyproject.toml, with arrows by the imports.
+"""Draw docs/architecture.svg: the parts of each package in the layers of pyproject.toml, with arrows by the imports.
 
-An arrow goes from a room to one of the same package that it imports; those that follow from two others are left out.
+An arrow goes from a part to one of the same package that it imports; those that follow from two others are left out.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _PANELS = ((10, 310), (330, 950))  # from left to right: npss_baselines, npss
 
 
 def layers() -> tuple[list[list[str]], list[list[str]]]:
-    """Return the rooms of each layer from the top, of npss_baselines and of npss."""
+    """Return the parts of each layer from the top, of npss_baselines and of npss."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     rows = []
     for contract in project["tool"]["importlinter"]["contracts"][:2]:
@@ -30,33 +30,33 @@ def layers() -> tuple[list[list[str]], list[list[str]]]:
     return baselines, library
 
 
-def imports(rooms: list[str]) -> dict[str, set[str]]:
-    """Return which rooms each room imports when it runs."""
-    found: dict[str, set[str]] = {room: set() for room in rooms}
+def imports(parts: list[str]) -> dict[str, set[str]]:
+    """Return which parts each part imports when it runs."""
+    found: dict[str, set[str]] = {part: set() for part in parts}
     for folder in (ROOT / "npss", ROOT / "baselines" / "npss_baselines"):
         for path in folder.rglob("*.py"):
             module = ".".join(path.relative_to(folder.parent).with_suffix("").parts)
             tree = ast.parse(path.read_text(encoding="utf-8"))
-            for source in _rooms_of(module, rooms):
-                found[source] |= {target for name in _imported(tree) for target in _rooms_of(name, rooms)} - {source}
+            for source in _parts_of(module, parts):
+                found[source] |= {target for name in _imported(tree) for target in _parts_of(name, parts)} - {source}
     return found
 
 
 def arrows(graph: dict[str, set[str]]) -> set[tuple[str, str]]:
     """Return the imports that do not follow from others."""
 
-    def below(room: str) -> set[str]:
-        return graph[room].union(*(below(other) for other in graph[room]))
+    def below(part: str) -> set[str]:
+        return graph[part].union(*(below(other) for other in graph[part]))
 
     return {(a, b) for a in graph for b in graph[a] if not any(b in below(other) for other in graph[a])}
 
 
-def _package(room: str) -> str:
-    return room.partition(".")[0]
+def _package(part: str) -> str:
+    return part.partition(".")[0]
 
 
-def _rooms_of(module: str, rooms: list[str]) -> list[str]:
-    return [room for room in rooms if f"{module}.".startswith(f"{room}.")]
+def _parts_of(module: str, parts: list[str]) -> list[str]:
+    return [part for part in parts if f"{module}.".startswith(f"{part}.")]
 
 
 def _imported(node: ast.AST) -> list[str]:
@@ -77,9 +77,9 @@ def picture() -> str:
         step = (_HEIGHT_OF_ALL - 2 * _TOP) / (len(rows) - 1)
         for y, row in enumerate(rows):
             width = (right - left) / len(row)
-            # Rows of one room go to and fro, so that arrows past a row are seen.
+            # Rows of one part go to and fro, so that arrows past a row are seen.
             shift = 80 * (-1) ** y if len(row) == 1 and 0 < y < len(rows) - 1 else 0
-            place |= {room: (left + width * (x + 0.5) + shift, _TOP + step * y) for x, room in enumerate(row)}
+            place |= {part: (left + width * (x + 0.5) + shift, _TOP + step * y) for x, part in enumerate(row)}
     lines = []
     for source, target in sorted(arrows(imports(list(place)))):
         if _package(source) != _package(target):
@@ -88,13 +88,13 @@ def picture() -> str:
         ends = f'x1="{x1:.0f}" y1="{y1 + _HEIGHT / 2:.0f}" x2="{x2:.0f}" y2="{y2 - _HEIGHT / 2 - 2:.0f}"'
         lines.append(f"<line {ends}><title>{source} imports {target}</title></line>")
     boxes = []
-    for room, (x, y) in place.items():
-        name = room.removeprefix("npss_baselines.").removeprefix("npss.")
+    for part, (x, y) in place.items():
+        name = part.removeprefix("npss_baselines.").removeprefix("npss.")
         width = _LETTER * len(name) + 20
-        kind = "baselines" if room.startswith("npss_baselines") else "private" if name.startswith("_") else "public"
+        kind = "baselines" if part.startswith("npss_baselines") else "private" if name.startswith("_") else "public"
         box = f'x="{x - width / 2:.0f}" y="{y - _HEIGHT / 2:.0f}" width="{width:.0f}" height="{_HEIGHT}" rx="4"'
         text = f'<text x="{x:.0f}" y="{y + 4:.0f}">{escape(name)}</text>'
-        boxes.append(f'<g class="{kind}"><title>{room}</title><rect {box}/>{text}</g>')
+        boxes.append(f'<g class="{kind}"><title>{part}</title><rect {box}/>{text}</g>')
     height = _HEIGHT_OF_ALL
     heads = [
         f'<text x="{(left + right) / 2:.0f}" y="20" style="font-weight:bold">{name}</text>'
@@ -103,7 +103,7 @@ def picture() -> str:
     return "\n".join(
         [
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {height}" role="img">',
-            "<title>The rooms of npss_baselines (blue) and npss, and which imports which</title>",
+            "<title>The parts of npss_baselines (blue) and npss, and which imports which</title>",
             "<style>text{font:13px monospace;text-anchor:middle;fill:#000}rect{stroke:#555}line{stroke:#888}",
             ".baselines rect{fill:#d6e8f7}.public rect{fill:#fff}.private rect{fill:#ddd;stroke-dasharray:3}</style>",
             '<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" orient="auto">',

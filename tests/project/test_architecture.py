@@ -25,7 +25,7 @@ def test_picture_matches_the_imports(drawing):
 
 
 def test_every_room_has_a_layer(drawing):
-    rooms = {room for package in drawing.layers() for row in package for room in row}
+    parts = {part for package in drawing.layers() for row in package for part in row}
     folders = (ROOT / "npss", ROOT / "baselines" / "npss_baselines")
     modules = {
         f"{folder.name}.{path.stem}"
@@ -33,13 +33,13 @@ def test_every_room_has_a_layer(drawing):
         for path in folder.iterdir()
         if (path.suffix == ".py" and not path.stem.startswith("__")) or (path / "__init__.py").exists()
     }
-    assert modules == rooms
+    assert modules == parts
 
 
 def test_arrows_go_down(drawing):
     baselines, library = drawing.layers()
     rows = baselines + library
-    layer = {room: number for number, row in enumerate(rows) for room in row}
+    layer = {part: number for number, row in enumerate(rows) for part in row}
     arrows = drawing.arrows(drawing.imports(list(layer)))
     assert len(arrows) > 30
     assert all(layer[source] < layer[target] for source, target in arrows)
