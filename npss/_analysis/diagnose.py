@@ -29,7 +29,7 @@ class Finding:
 
     Attributes
     ----------
-    trap : str
+    pitfall : str
         ``'wrap'``, ``'gimbal-flip'``, ``'quaternion-sign'``, ``'hemisphere'``, ``'component-order'``, ``'constant'``,
         ``'shift'``, ``'context'``, ``'padding'``, ``'poses'``, ``'degrees'``, ``'axes'``, ``'joints'``,
         ``'powerless'``, ``'weight'``, ``'no-real-power'`` or ``'share'``.
@@ -48,7 +48,7 @@ class Finding:
         for completeness: the text then begins with "note".
     """
 
-    trap: str
+    pitfall: str
     argument: str
     count: int
     where: tuple[int, ...]
@@ -58,13 +58,13 @@ class Finding:
     def __str__(self) -> str:
         """Return the finding in one line."""
         head = f"note: {self.argument}" if self.severity == NOTE else self.argument
-        if self.trap in ("powerless", "weight"):
+        if self.pitfall in ("powerless", "weight"):
             return f"{head}: {self.count} {self.message}"
-        if self.trap in _WHOLE:
-            place = f"; {_PLACES[self.trap]} {self.where[0]}" if self.where else ""
+        if self.pitfall in _WHOLE:
+            place = f"; {_PLACES[self.pitfall]} {self.where[0]}" if self.where else ""
             return f"{head}: {self.message}{place}"
         where = self.where[0] if len(self.where) == 1 else self.where
-        last = "quaternion" if self.trap in ("quaternion-sign", "hemisphere") else "feature"
+        last = "quaternion" if self.pitfall in ("quaternion-sign", "hemisphere") else "feature"
         what = ("sequence", f"sequence, {last}", f"sequence, frame, {last}")[len(self.where) - 1]
         return f"{head}: {self.count} {self.message}; the first at {what} {where}"
 
@@ -141,7 +141,7 @@ def diagnose(
     >>> import npss
     >>> motion = np.random.default_rng(0).normal(size=(2, 51, 3)).cumsum(axis=1)
     >>> for finding in npss.diagnose(motion[:, :-1], motion[:, 1:]):
-    ...     print(f"{finding.severity} {finding.trap}, {str(finding):.40} ...")
+    ...     print(f"{finding.severity} {finding.pitfall}, {str(finding):.40} ...")
     warning shift, pred: is the ground truth 1 frame later ...
     note share, note: pred: 79% of the score by 'paper', ...
     """
@@ -173,6 +173,6 @@ def _findings(group: Group, convention: Convention, *, by_length: bool) -> list[
 def _placed(finding: Finding, group: Group) -> Finding:
     """Name the length, and the place of the first sequence in the whole set."""
     where = finding.where
-    if where and finding.trap not in _OF_FEATURES:
+    if where and finding.pitfall not in _OF_FEATURES:
         where = (group.rows[where[0]], *where[1:])
     return replace(finding, where=where, message=f"{finding.message} (sequences of {group.n_frames} frames)")

@@ -82,7 +82,7 @@ def _over_updates(subject: Subject, found: Found) -> str:
 
 
 def _on_unusual(subject: Subject, found: Found) -> dict[str, str]:
-    """Return what differs for unusual motion, in words, by axis."""
+    """Return what differs for unusual motion, in words, by choice."""
     choices = found.fits[0]
     differences: dict[str, str] = {}
     for what, probe in unusual(found.form.frame, found.form.wider).items():

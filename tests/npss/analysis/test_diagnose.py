@@ -41,12 +41,12 @@ NAMES = (
 )
 
 
-def find(gt, pred, trap=None):
+def find(gt, pred, pitfall=None):
     """Return all findings but the note on shares, which sound motion has, too; or the findings of one pitfall."""
     found = npss.diagnose(gt, pred)
     assert isinstance(found, tuple)
     for finding in found:
-        assert finding.trap in NAMES
+        assert finding.pitfall in NAMES
         assert finding.argument in ("gt", "pred")
         assert type(finding.count) is int
         assert all(type(i) is int for i in finding.where)
@@ -54,16 +54,18 @@ def find(gt, pred, trap=None):
         assert finding.severity in ("warning", "note")
         assert line.startswith("note: " * (finding.severity == "note") + f"{finding.argument}: ")
         assert "\n" not in line
-    return [finding for finding in found if (finding.trap != "share" if trap is None else finding.trap == trap)]
+    return [
+        finding for finding in found if (finding.pitfall != "share" if pitfall is None else finding.pitfall == pitfall)
+    ]
 
 
 def pitfalls(gt, pred):
-    return [(finding.trap, finding.argument) for finding in find(gt, pred)]
+    return [(finding.pitfall, finding.argument) for finding in find(gt, pred)]
 
 
 def warned(gt, pred):
     """Return the pitfalls that need action."""
-    return [(finding.trap, finding.argument) for finding in find(gt, pred) if finding.severity == "warning"]
+    return [(finding.pitfall, finding.argument) for finding in find(gt, pred) if finding.severity == "warning"]
 
 
 @cache
@@ -136,7 +138,7 @@ def test_human36m(h36m_root, action):
     (task,) = Human36M().tasks(h36m_root, (action,))
     gt = npss.poses_to_euler(task.target)
     (finding,) = find(gt, gt)
-    assert (finding.trap, finding.argument, finding.count) == ("powerless", "gt", 51)
+    assert (finding.pitfall, finding.argument, finding.count) == ("powerless", "gt", 51)
     assert finding.where == tuple(np.flatnonzero(~gt.any(axis=(0, 1))))
     assert str(finding) == "note: gt: 51 features (of 99) are zero throughout, so they do not count"
     assert str(find(gt, gt + 1)[-1]).endswith("do not count, though the prediction is not zero in 51 of them")
@@ -152,7 +154,7 @@ def test_human36m(h36m_root, action):
 def test_human36m_smoking_wraps(h36m_root):
     (task,) = Human36M().tasks(h36m_root, ("smoking",))
     gt = npss.poses_to_euler(task.target)
-    found = {f"{finding.argument} {finding.trap}": finding for finding in find(gt, npss.unwrap(gt))}
+    found = {f"{finding.argument} {finding.pitfall}": finding for finding in find(gt, npss.unwrap(gt))}
     assert set(found) - {"pred context"} == {"gt wrap", "gt gimbal-flip", "pred gimbal-flip", "gt powerless"}
     wrap, flip = found["gt wrap"], found["pred gimbal-flip"]
     assert (wrap.count, wrap.where) == (4, (3, 90, 60))
@@ -248,7 +250,7 @@ def test_every_wrap_is_counted_and_the_first_named(data):
         turns = steps[n, t + 1, d]
         steps[n, t + 1 :, d] = 0 if turns else 2 * np.pi
     both[argument] = gt + steps - np.pi * steps.any(axis=1, keepdims=True)
-    (finding,) = find(**both, trap="wrap")
+    (finding,) = find(**both, pitfall="wrap")
     assert (finding.argument, finding.count, finding.where) == (argument, len(places), min(places))
     assert f"the first at sequence, frame, feature {min(places)}" in str(finding)
 
@@ -258,7 +260,7 @@ def test_wraps_of_one_sequence(motion):
     gt[31:, 7] += 2 * np.pi - 0.3
     gt[:, 7] -= np.pi
     (finding,) = find(gt, pred)
-    assert (finding.trap, finding.count, finding.where) == ("wrap", 1, (0, 30, 7))
+    assert (finding.pitfall, finding.count, finding.where) == ("wrap", 1, (0, 30, 7))
 
 
 def test_unwrapping_removes_the_findings(motion):
@@ -272,13 +274,13 @@ def test_unwrapping_removes_the_findings(motion):
 def test_other_jumps_are_no_wraps(motion, jump):
     motion[0][2, 50:, 3] = motion[0][2, 49, 3] + jump - 3.6
     motion[0][2, :50, 3] = motion[0][2, 49, 3] - 3.6
-    assert find(*motion, trap="wrap") == []
+    assert find(*motion, pitfall="wrap") == []
 
 
 def test_positions_do_not_wrap(motion):
     for array in motion:
         array[..., 0] = 500 + 300 * np.cumsum(array[..., 0], axis=1)  # millimetres: some step of 6.28 is no wrap
-    assert find(*motion, trap="wrap") == []
+    assert find(*motion, pitfall="wrap") == []
 
 
 # --- quaternions ------------------------------------------------------------------------------------------------------
@@ -302,7 +304,7 @@ def test_every_sign_flip_is_counted_and_the_first_named(data):
     for n, t, joint in places:
         both[argument][n, t + 1 :, 4 * joint : 4 * joint + 4] *= -1
     (finding,) = find(**both)
-    assert (finding.trap, finding.argument) == ("quaternion-sign", argument)
+    assert (finding.pitfall, finding.argument) == ("quaternion-sign", argument)
     assert (finding.count, finding.where) == (len(places), min(places))
     assert str(finding).endswith(f"the first at sequence, frame, quaternion {min(places)}")
 
@@ -310,18 +312,18 @@ def test_every_sign_flip_is_counted_and_the_first_named(data):
 def test_not_a_sign_flip():
     turned = quaternions()
     turned[..., :4] *= -1  # throughout: no flip
-    assert find(turned, quaternions(), trap="quaternion-sign") == []
+    assert find(turned, quaternions(), pitfall="quaternion-sign") == []
     angles = np.random.default_rng(0).normal(size=(3, 60, 16))  # 16 features, but no unit quaternions
-    assert find(angles, -angles, trap="quaternion-sign") == []
+    assert find(angles, -angles, pitfall="quaternion-sign") == []
     flipped = quaternions()
     flipped[:, 30:] *= -1
-    assert find(1.1 * flipped, quaternions(), trap="quaternion-sign") == []
-    assert find(flipped[..., :15], quaternions()[..., :15], trap="quaternion-sign") == []
+    assert find(1.1 * flipped, quaternions(), pitfall="quaternion-sign") == []
+    assert find(flipped[..., :15], quaternions()[..., :15], pitfall="quaternion-sign") == []
     turn = 1.2 * np.arange(60)[:, np.newaxis]  # radians, half of the rotation between frames: quaternions far apart
     fast = np.concatenate([np.cos(turn), np.sin(turn), 0 * turn, 0 * turn], axis=1)
-    assert find(fast, quaternions(joints=1)[0], trap="quaternion-sign") == []
+    assert find(fast, quaternions(joints=1)[0], pitfall="quaternion-sign") == []
     zeros = np.zeros((2, 60, 8))
-    assert find(zeros, zeros, trap="quaternion-sign") == []
+    assert find(zeros, zeros, pitfall="quaternion-sign") == []
 
 
 @pytest.mark.parametrize("opposite", [{(0, 0)}, {(1, 2), (2, 0)}, {(n, q) for n in range(3) for q in range(4)}])
@@ -332,7 +334,7 @@ def test_the_other_hemisphere(opposite):
         pred[n, :, q] *= -1
     pred = pred.reshape(gt.shape)
     (finding,) = find(gt, pred)
-    assert (finding.trap, finding.argument, finding.severity) == ("hemisphere", "pred", "warning")
+    assert (finding.pitfall, finding.argument, finding.severity) == ("hemisphere", "pred", "warning")
     assert (finding.count, finding.where) == (len(opposite), min(opposite))
     assert str(finding).endswith(f"the first at sequence, quaternion {min(opposite)}")
     start = gt[:, 0].reshape(3, 4, 4)
@@ -342,7 +344,7 @@ def test_the_other_hemisphere(opposite):
     assert npss.mse(gt, mended) < npss.mse(gt, pred) / 2
     assert find(1.1 * gt, pred) == find(gt, 1.1 * pred) == []
     pred[:, 50:] *= -1  # not throughout: a flip is what is to be mended
-    assert find(gt, pred, trap="hemisphere") == []
+    assert find(gt, pred, pitfall="hemisphere") == []
 
 
 @pytest.mark.parametrize("size", [0, 0.05, 0.3])
@@ -352,13 +354,13 @@ def test_components_in_another_order(size):
     gt = npss.rotations.expmap_to_quaternion(walks(n=4)[..., :60].reshape(4, -1, 20, 3))
     pred = gt + size * rng.normal(size=gt.shape)
     pred /= np.linalg.norm(pred, axis=-1, keepdims=True)
-    (finding,) = find(gt, np.roll(pred, -1, axis=-1), trap="component-order")
+    (finding,) = find(gt, np.roll(pred, -1, axis=-1), pitfall="component-order")
     assert (finding.argument, finding.severity, finding.count, finding.where) == ("pred", "warning", 4, ())
     assert str(finding).endswith("closer to the ground truth as w, x, y, z: x, y, z, w beside w, x, y, z?")
-    (finding,) = find(np.roll(gt, -1, axis=-1), pred, trap="component-order")
+    (finding,) = find(np.roll(gt, -1, axis=-1), pred, pitfall="component-order")
     assert str(finding).endswith("to the ground truth as x, y, z, w: w, x, y, z beside x, y, z, w?")
     for first, second in ((gt, pred), (np.roll(gt, -1, axis=-1), np.roll(pred, -1, axis=-1)), (gt, -pred)):
-        assert find(first, second, trap="component-order") == []
+        assert find(first, second, pitfall="component-order") == []
 
 
 def test_components_in_order_give_no_alarm():
@@ -368,21 +370,21 @@ def test_components_in_order_give_no_alarm():
     still = np.repeat(gt[:, :1], gt.shape[1], axis=1)
     none = np.broadcast_to([1.0, 0, 0, 0], gt.shape)
     for pred in (still, gt[::-1], gt[:, ::-1], none, gt[..., [0, 2, 1, 3]]):
-        assert find(gt, pred, trap="component-order") == find(pred, gt, trap="component-order") == []
+        assert find(gt, pred, pitfall="component-order") == find(pred, gt, pitfall="component-order") == []
     for seed in range(200):
         rng = np.random.default_rng(seed)
         random = rng.normal(size=(2, 1, 5, 2, 4))
         random /= np.linalg.norm(random, axis=-1, keepdims=True)
-        assert find(*random, trap="component-order") == []
-    assert find(rng.normal(size=(2, 9, 8)), rng.normal(size=(2, 9, 8)), trap="component-order") == []
+        assert find(*random, pitfall="component-order") == []
+    assert find(rng.normal(size=(2, 9, 8)), rng.normal(size=(2, 9, 8)), pitfall="component-order") == []
 
 
 def test_a_few_columns_that_look_like_quaternions_are_none():
     gt = np.concatenate([walks()[..., :12], quaternions(n=4, n_frames=150, joints=1)], axis=2)
-    assert find(gt, -gt, trap="hemisphere") == []
+    assert find(gt, -gt, pitfall="hemisphere") == []
     gt[:, 75:, 12:] *= -1
-    assert find(gt, gt, trap="quaternion-sign") == []
-    assert [one.count for one in find(gt[..., 8:], gt[..., 8:], trap="quaternion-sign")] == [4, 4]
+    assert find(gt, gt, pitfall="quaternion-sign") == []
+    assert [one.count for one in find(gt[..., 8:], gt[..., 8:], pitfall="quaternion-sign")] == [4, 4]
 
 
 # --- gimbal lock ------------------------------------------------------------------------------------------------------
@@ -401,7 +403,7 @@ def bending(seq, n_frames=60):
 @pytest.mark.parametrize("seq", ["XYZ", "h36m", "zxy", "ZXZ", "yzy"])
 def test_gimbal_flips(seq):
     smooth = bending(seq)
-    assert find(smooth, smooth, trap="gimbal-flip") == []
+    assert find(smooth, smooth, pitfall="gimbal-flip") == []
     joints = smooth.reshape(2, 60, 2, 3)
     flipped = matrix_to_euler(euler_to_matrix(joints, seq=seq), seq=seq).reshape(smooth.shape)
     jumps = np.abs(np.diff(flipped[..., 3], axis=1)) > 1
@@ -409,13 +411,13 @@ def test_gimbal_flips(seq):
     assert jumps.sum() == 10
     first = (0, int(np.argmax(jumps[0])), 3)
     for argument, pair in (("gt", (flipped, smooth)), ("pred", (smooth, flipped))):
-        (finding,) = find(*pair, trap="gimbal-flip")
+        (finding,) = find(*pair, pitfall="gimbal-flip")
         assert (finding.argument, finding.severity, finding.count) == (argument, "warning", 10)
         assert finding.where == first
         assert f"; the first at sequence, frame, feature {first}" in str(finding)
         assert "npss.rotations.continuous_euler removes them" in str(finding)
     mended = continuous_euler(flipped.reshape(joints.shape), seq=seq, axis=1).reshape(smooth.shape)
-    assert find(mended, mended, trap="gimbal-flip") == []
+    assert find(mended, mended, pitfall="gimbal-flip") == []
 
 
 @pytest.mark.parametrize(
@@ -425,12 +427,12 @@ def test_gimbal_flips(seq):
 def test_other_jumps_are_no_gimbal_flips(jump):
     gt = np.tile([0.1, 1.4, 0.2], (1, 60, 1)) + 0.01 * np.sin(np.arange(60))[:, np.newaxis]
     gt[:, 30:] += jump
-    assert find(gt, gt, trap="gimbal-flip") == []
+    assert find(gt, gt, pitfall="gimbal-flip") == []
     gt[:, 30:] += np.array([3.1, 0, 3.1]) - jump
-    assert [finding.where for finding in find(gt, gt, trap="gimbal-flip")] == [(0, 29, 0), (0, 29, 0)]
+    assert [finding.where for finding in find(gt, gt, pitfall="gimbal-flip")] == [(0, 29, 0), (0, 29, 0)]
     for scale in (0.5, 5):  # no angles
-        assert find(scale * gt, scale * gt, trap="gimbal-flip") == []
-    assert find(gt[..., :2], gt[..., :2], trap="gimbal-flip") == []
+        assert find(scale * gt, scale * gt, pitfall="gimbal-flip") == []
+    assert find(gt[..., :2], gt[..., :2], pitfall="gimbal-flip") == []
 
 
 def test_jumps_of_angles_as_published_are_notes():
@@ -441,20 +443,20 @@ def test_jumps_of_angles_as_published_are_notes():
     gt[1, :, 60] -= np.pi
     pred[2, 30:, 70:73] = [np.pi, np.pi, np.pi] + pred[2, 30:, 70:73] * [1, -1, 1]
     pred[2, :, 71] = np.pi / 2
-    found = [finding for finding in find(gt, pred) if finding.trap in ("wrap", "gimbal-flip")]
-    assert [(one.trap, one.argument, one.severity, one.where) for one in found] == [
+    found = [finding for finding in find(gt, pred) if finding.pitfall in ("wrap", "gimbal-flip")]
+    assert [(one.pitfall, one.argument, one.severity, one.where) for one in found] == [
         ("wrap", "gt", "note", (1, 39, 60)), ("gimbal-flip", "pred", "note", (2, 29, 70)),
     ]  # fmt: skip
     assert "as in the published tables; npss.unwrap removes them and changes the score" in str(found[0])
     for moved in (gt, pred):
         moved[0, 0, 5] = 1e-3
-        assert {one.severity for one in find(gt, pred) if one.trap in ("wrap", "gimbal-flip")} == {"warning"}
+        assert {one.severity for one in find(gt, pred) if one.pitfall in ("wrap", "gimbal-flip")} == {"warning"}
         moved[0, 0, 5] = 0
 
 
 def test_noise_flips_nothing():
     noise = np.random.default_rng(0).uniform(-np.pi, np.pi, size=(2, 4, 200, 30))
-    assert find(*noise, trap="gimbal-flip") == []
+    assert find(*noise, pitfall="gimbal-flip") == []
 
 
 # --- constant predictions ---------------------------------------------------------------------------------------------
@@ -470,7 +472,7 @@ def test_constant_predictions(still, pose):
         assert find(gt, pred) == []
         return
     (finding,) = find(gt, pred)
-    assert (finding.trap, finding.argument) == ("constant", "pred")
+    assert (finding.pitfall, finding.argument) == ("constant", "pred")
     assert (finding.count, finding.where) == (len(still), (min(still),))
     assert f"{len(still)} constant predictions (of 4 sequences)" in str(finding)
     assert str(finding).endswith(f"the first at sequence {min(still)}")
@@ -502,7 +504,7 @@ def test_shifts(lag, noise, n_frames):
     gt = angles[:, 20 : 20 + n_frames]
     pred = angles[:, 20 + lag : 20 + lag + n_frames] + noise * np.random.default_rng(0).normal(size=gt.shape)
     (finding,) = find(gt, pred)
-    assert (finding.trap, finding.argument, finding.where) == ("shift", "pred", ())
+    assert (finding.pitfall, finding.argument, finding.where) == ("shift", "pred", ())
     frames = f"{abs(lag)} frame{'s' if abs(lag) > 1 else ''} {'later' if lag > 0 else 'earlier'}"
     if noise == 0:
         assert str(finding) == f"pred: is the ground truth {frames}"
@@ -521,7 +523,7 @@ def test_shifts_of_some_sequences(lag):
     pred = gt + 0.3 * np.random.default_rng(0).normal(size=gt.shape)
     pred[[1, 3]] = angles[[1, 3], 20 + lag : 70 + lag]
     (finding,) = find(gt, pred)
-    assert (finding.trap, finding.count, finding.where) == ("shift", 2, (1,))
+    assert (finding.pitfall, finding.count, finding.where) == ("shift", 2, (1,))
     assert str(finding).startswith("pred: is the ground truth ")
     assert str(finding).endswith(", in 2 of 4 sequences; the first is sequence 1")
 
@@ -544,7 +546,7 @@ def test_short_motions_are_not_looked_at_for_shifts(n_frames):
     assert find(gt, later) == []
     # What stays behind at once is closer to what has been, which is no shift.
     still = np.repeat(angles[:, 59:60], n_frames, axis=1)
-    assert find(gt, still, trap="shift") == []
+    assert find(gt, still, pitfall="shift") == []
 
 
 def test_periodic_motion_without_a_shift():
@@ -563,7 +565,7 @@ def test_context_left_in(motion, first, last, dtype):
     pred[:, :first] = gt[:, :first].astype(dtype)
     pred[:, 100 - last :] = gt[:, 100 - last :].astype(dtype)
     found = find(gt, pred)
-    assert [(one.trap, one.argument, one.severity, one.where) for one in found] == [
+    assert [(one.pitfall, one.argument, one.severity, one.where) for one in found] == [
         ("context", "pred", "warning", ()) for count in (first, last) if count
     ]
     assert [one.count for one in found] == [count for count in (first, last) if count]
@@ -594,12 +596,12 @@ def test_padding(motion, length, fill):
             array[n, 100 - length :] = 0 if fill == "zero" else array[n, 99 - length]
     count = length + (fill == "last")
     (finding,) = find(gt, pred)
-    assert (finding.trap, finding.argument, finding.severity) == ("padding", "gt", "warning")
+    assert (finding.pitfall, finding.argument, finding.severity) == ("padding", "gt", "warning")
     assert (finding.count, finding.where) == (2, (1,))
     assert f"2 sequences, and their predictions, end in {count} or more equal frames: padding?" in str(finding)
     assert str(finding).endswith("; the first at sequence 1")
     still = np.repeat(pred[:, :1], 100, axis=1)
-    assert {one.trap for one in find(gt, still)} == {"padding", "constant"}
+    assert {one.pitfall for one in find(gt, still)} == {"padding", "constant"}
     pred[:, 99] += 1e-3
     assert find(gt, pred) == []  # in one of the two it may be what happened
 
@@ -619,11 +621,11 @@ def test_two_equal_frames_are_no_padding(motion):
 def test_degrees(motion):
     gt, pred = motion
     both, beside = find(np.degrees(gt), np.degrees(pred)), find(gt, np.degrees(gt[:, ::-1]))
-    assert [(one.trap, one.argument) for one in both] == [("degrees", "gt"), ("degrees", "pred")]
+    assert [(one.pitfall, one.argument) for one in both] == [("degrees", "gt"), ("degrees", "pred")]
     assert both[0].where == (int(np.abs(gt).max(axis=(0, 1)).argmax()),)
     assert f"values up to {np.degrees(np.abs(gt).max()):.4g}, beyond 4 pi in most features" in str(both[0])
     assert str(both[0]).endswith(f"the largest is in feature {both[0].where[0]}")
-    assert [(one.trap, one.argument) for one in beside] == [("degrees", "pred"), ("degrees", "pred")]
+    assert [(one.pitfall, one.argument) for one in beside] == [("degrees", "pred"), ("degrees", "pred")]
     assert "moves 57 times as far as the other" in str(beside[1])
     assert pitfalls(np.degrees(gt), pred) == [("degrees", "gt"), ("degrees", "gt")]
 
@@ -631,25 +633,25 @@ def test_degrees(motion):
 @pytest.mark.parametrize("factor", [1e-3, 0.1, 10, 30])
 def test_other_factors_are_not_degrees(motion, factor):
     gt, pred = motion
-    assert find(gt, pred * factor, trap="degrees") == []
-    assert find(gt * factor, gt * factor, trap="degrees") == []
+    assert find(gt, pred * factor, pitfall="degrees") == []
+    assert find(gt * factor, gt * factor, pitfall="degrees") == []
 
 
 def test_small_degrees_beside_radians(motion):
     gt, pred = 0.01 * motion[0], 0.01 * motion[1]
     (finding,) = find(gt, np.degrees(pred))
-    assert (finding.trap, finding.argument, finding.where) == ("degrees", "pred", ())
+    assert (finding.pitfall, finding.argument, finding.where) == ("degrees", "pred", ())
     for factor in (20, 200):
-        assert find(0.1 * gt, 0.1 * factor * pred, trap="degrees") == []
+        assert find(0.1 * gt, 0.1 * factor * pred, pitfall="degrees") == []
 
 
 def test_positions_in_millimetres_are_not_degrees(motion):
-    assert find(3000 + 1000 * motion[0], 3000 + 1000 * motion[1], trap="degrees") == []
+    assert find(3000 + 1000 * motion[0], 3000 + 1000 * motion[1], pitfall="degrees") == []
 
 
 def test_features_that_are_zero_do_not_hide_degrees(motion):
     wide = [np.concatenate([np.degrees(array), np.zeros((4, 100, 60))], axis=2) for array in motion]
-    assert [one.argument for one in find(*wide, trap="degrees")] == ["gt", "pred"]
+    assert [one.argument for one in find(*wide, pitfall="degrees")] == ["gt", "pred"]
 
 
 # --- swapped axes -----------------------------------------------------------------------------------------------------
@@ -657,23 +659,23 @@ def test_features_that_are_zero_do_not_hide_degrees(motion):
 
 def test_swapped_axes(motion):
     swapped = [array.swapaxes(1, 2) for array in motion]
-    (finding,) = find(*swapped, trap="axes")
+    (finding,) = find(*swapped, pitfall="axes")
     assert (finding.argument, finding.where) == ("gt", ())
     assert str(finding).endswith("is time last? Expected (sequences, frames, features)")
-    assert [one.trap for one in find(motion[0][0].T, motion[1][0].T)] == ["axes"]
+    assert [one.pitfall for one in find(motion[0][0].T, motion[1][0].T)] == ["axes"]
 
 
 @pytest.mark.parametrize("size", [3, 4, 6])
 def test_exchanged_axes_of_joints(motion, size):
     """(N, J, T, C) and (T, N, J, C) in place of (N, T, J, C)."""
     gt, pred = (array[..., : 8 * size].reshape(*array.shape[:2], 8, size) for array in motion)
-    assert find(gt, pred, trap="axes") == []
-    (finding,) = find(gt.swapaxes(1, 2), pred.swapaxes(1, 2), trap="axes")
+    assert find(gt, pred, pitfall="axes") == []
+    (finding,) = find(gt.swapaxes(1, 2), pred.swapaxes(1, 2), pitfall="axes")
     assert str(finding).endswith("is time the third of four axes? Expected (sequences, frames, joints, coordinates)")
     more = [np.concatenate([array, array[:, ::-1] * 0.9 + 0.1 * k], axis=0) for k, array in enumerate((gt, pred))]
-    (finding,) = find(*(array.swapaxes(0, 1) for array in more), trap="axes")
+    (finding,) = find(*(array.swapaxes(0, 1) for array in more), pitfall="axes")
     assert str(finding).endswith("along the second: is time first? Expected (sequences, frames, features)")
-    assert find(*more, trap="axes") == []
+    assert find(*more, pitfall="axes") == []
 
 
 def test_axes_of_real_motion(h36m_root):
@@ -684,20 +686,20 @@ def test_axes_of_real_motion(h36m_root):
     for values in (npss.poses_to_euler(poses).reshape(len(poses), 33, 3), turns, places):
         for stride, length in ((1, 50), (5, 10), (20, 100), (40, 30)):
             motion = np.stack([values[i : i + length] for i in range(0, len(values) - length, stride)])
-            assert find(motion, motion, trap="axes") == []
+            assert find(motion, motion, pitfall="axes") == []
         apart = motion[::3]
-        assert find(apart.swapaxes(0, 1), apart.swapaxes(0, 1), trap="axes")
+        assert find(apart.swapaxes(0, 1), apart.swapaxes(0, 1), pitfall="axes")
 
 
 def test_white_noise_and_two_frames_tell_nothing_about_the_axes():
     noise = np.random.default_rng(0).normal(size=(2, 3, 50, 20))
-    assert find(*noise, trap="axes") == []
+    assert find(*noise, pitfall="axes") == []
     smooth_over_features = 0.1 * noise[:, :, :2].cumsum(axis=3)
     assert find(*smooth_over_features) == []
     constant = np.ones((3, 50, 20))
     assert find(constant, constant) == []
     smooth_over_both = 0.01 * noise.cumsum(axis=2).cumsum(axis=3)
-    assert find(*smooth_over_both, trap="axes") == []
+    assert find(*smooth_over_both, pitfall="axes") == []
 
 
 # --- joints, poses, weights -------------------------------------------------------------------------------------------
@@ -712,14 +714,14 @@ def test_frames_and_joints_taken_for_sequences(monkeypatch, n_frames, size):
     else:
         rotations = expmap_to_matrix(poses[:, 3:].reshape(n_frames, 32, 3))
         motion = matrix_to_quaternion(rotations) if size == 4 else rotations[..., :2].reshape(n_frames, 32, 6)
-    (finding,) = find(motion, motion, trap="joints")
+    (finding,) = find(motion, motion, pitfall="joints")
     assert (finding.argument, finding.severity, finding.where) == ("gt", "warning", ())
     assert "(frames, joints, coordinates) of one sequence?" in str(finding)
     assert str(finding).endswith("Expected (sequences, frames, features): array[None]")
     one = motion.reshape(1, n_frames, -1)
-    assert find(one, one, trap="joints") == []
+    assert find(one, one, pitfall="joints") == []
     monkeypatch.setattr(_diagnose, "_BLOCK", 1)
-    assert find(motion, motion, trap="joints") == [finding]
+    assert find(motion, motion, pitfall="joints") == [finding]
 
 
 @pytest.mark.parametrize("size", [3, 4, 6])
@@ -731,14 +733,14 @@ def test_sequences_of_few_features_are_sequences(size, stride):
         same = np.repeat(gt[:1], 5, axis=0)
         noise = np.random.default_rng(d).normal(size=gt.shape)
         for motion in (gt, same, noise, np.repeat(noise[:1], 5, axis=0)):
-            assert find(motion, motion, trap="joints") == []
+            assert find(motion, motion, pitfall="joints") == []
 
 
 def test_a_last_axis_of_five_holds_no_coordinates():
     motion = np.tile(walks(n=1, n_frames=60)[0, :, :20, np.newaxis], (1, 1, 5))
-    assert find(motion, motion, trap="joints") == []
-    assert find(motion[..., :4], motion[..., :4], trap="joints")
-    assert find(motion[:, :2, :4], motion[:, :2, :4], trap="joints") == []  # two joints, or frames, tell nothing
+    assert find(motion, motion, pitfall="joints") == []
+    assert find(motion[..., :4], motion[..., :4], pitfall="joints")
+    assert find(motion[:, :2, :4], motion[:, :2, :4], pitfall="joints") == []  # two joints, or frames, tell nothing
 
 
 @pytest.mark.parametrize("root", [0, 2, 3, 5])
@@ -750,15 +752,15 @@ def test_poses_that_are_not_converted(root, motion):
         "note: gt: 51 features (of 99) are zero throughout, so they do not count"
     ]
     gt[3, 50, root] = pred[3, 50, root] = 0.1
-    found = find(gt, pred, trap="poses")
+    found = find(gt, pred, pitfall="poses")
     assert [(one.argument, one.severity, one.where) for one in found] == [
         ("gt", "warning", ()),
         ("pred", "warning", ()),
     ]
     assert "npss score --expmap" in str(found[0])
     pred[..., root] = 0
-    assert [one.argument for one in find(gt, pred, trap="poses")] == ["gt"]
-    assert find(gt[..., :98], pred[..., :98], trap="poses") == []
+    assert [one.argument for one in find(gt, pred, pitfall="poses")] == ["gt"]
+    assert find(gt[..., :98], pred[..., :98], pitfall="poses") == []
 
 
 def test_the_command_line_points_poses_to_expmap(capsys, tmp_path):
@@ -777,7 +779,7 @@ def test_a_few_features_that_hold_most_of_the_weight(monkeypatch, motion, few, h
     gt, pred = motion  # 48 features, of which a tenth are 4.8
     gt[..., 7 : 7 + few] = 1000 + gt[..., 7 : 7 + few]
     pred[..., 7 : 7 + few] = 1000 + pred[..., 7 : 7 + few]
-    found = find(gt, pred, trap="weight")
+    found = find(gt, pred, pitfall="weight")
     if not heavy:
         assert found == []
         return
@@ -788,7 +790,7 @@ def test_a_few_features_that_hold_most_of_the_weight(monkeypatch, motion, few, h
     power = np.square(gt).sum(axis=(0, 1))
     assert power[7:11].sum() / power.sum() > 0.999
     monkeypatch.setattr(_diagnose, "_BLOCK", 1)
-    assert find(gt, pred, trap="weight") == [finding]
+    assert find(gt, pred, pitfall="weight") == [finding]
 
 
 @pytest.mark.parametrize(("share", "heavy"), [(0.89, False), (0.91, True)])
@@ -797,16 +799,16 @@ def test_what_is_most_of_the_weight(share, heavy):
     rest[..., 11] = 0  # which counts for nothing: eleven features
     power = np.square(rest).sum(axis=(0, 1))
     rest[..., 3] *= np.sqrt(share / (1 - share) * (power.sum() - power[3]) / power[3])
-    found = find(rest, rest, trap="weight")
+    found = find(rest, rest, pitfall="weight")
     assert [(one.count, one.where) for one in found] == ([(1, (3,))] if heavy else [])
     if heavy:
         assert "1 features (of 11) hold 91% of the weight" in str(found[0])
-    assert find(rest[..., :9], rest[..., :9], trap="weight") == []  # of nine features, one is more than a tenth
+    assert find(rest[..., :9], rest[..., :9], pitfall="weight") == []  # of nine features, one is more than a tenth
 
 
 def test_no_weight_at_all():
     zero = np.zeros((2, 30, 12))
-    assert find(zero, zero, trap="weight") == []
+    assert find(zero, zero, pitfall="weight") == []
 
 
 # --- powerless features -----------------------------------------------------------------------------------------------
@@ -818,7 +820,7 @@ def test_powerless_features(zero, predicted):
     pred = gt[:, ::-1].copy()
     gt[..., list(zero)] = 0
     pred[..., [d for d in zero if d not in predicted]] = 0
-    found = find(gt, pred, trap="powerless")
+    found = find(gt, pred, pitfall="powerless")
     if not zero:
         assert found == []
         return
@@ -847,7 +849,7 @@ def test_whole_periods_of_a_sine(dtype, n_frames):
     sine = 0.3 * np.sin((2 * np.pi * 3 * np.arange(n_frames) / n_frames).astype(dtype))
     pred[1, :, 4] = pred[2, :, 0] = sine
     (finding,) = find(gt, pred.astype(dtype))
-    assert (finding.trap, finding.argument) == ("no-real-power", "pred")
+    assert (finding.pitfall, finding.argument) == ("no-real-power", "pred")
     assert (finding.count, finding.where) == (2, (1, 4))
     assert str(finding).endswith("by 'released' they score rounding errors; the first at sequence, feature (1, 4)")
     pred[1, :, 4] += 0.001  # an offset is real power
@@ -859,7 +861,7 @@ def test_what_has_no_weight_need_have_no_real_power(motion):
     gt, pred = motion
     gt[..., 3] = 0
     pred[..., 3] = np.sin(2 * np.pi * np.arange(100) / 100)
-    assert [finding.trap for finding in find(gt, pred)] == ["powerless"]
+    assert [finding.pitfall for finding in find(gt, pred)] == ["powerless"]
 
 
 # --- blocks -----------------------------------------------------------------------------------------------------------
@@ -877,7 +879,7 @@ def test_places_do_not_depend_on_blocks(monkeypatch):
     pred[75] = 0.5
     pred[78, :, 2] = np.sin(2 * np.pi * np.arange(100) / 100)
     whole = find(gt, pred)
-    assert {finding.trap: (finding.count, finding.where) for finding in whole} == {
+    assert {finding.pitfall: (finding.count, finding.where) for finding in whole} == {
         "wrap": (1, (77, 59, 38)), "constant": (2, (70,)), "no-real-power": (1, (78, 2)),
     }  # fmt: skip
     for size in (1, 2**14, 2**30):
@@ -910,7 +912,7 @@ def test_the_command_line_prints_findings(capsys, tmp_path, motion):
     files = [str(tmp_path / "gt.npy"), str(tmp_path / "pred.npy")]
     assert main(["score", *files]) == 0
     _, _, diagnosis = capsys.readouterr().out.partition("Diagnosis:\n")
-    assert diagnosis == f"- {find(*motion, trap='share')[0]}\n"
+    assert diagnosis == f"- {find(*motion, pitfall='share')[0]}\n"
     np.save(files[1], np.degrees(motion[0]))
     expected = [f"- {finding}" for finding in find(motion[0], np.degrees(motion[0]))]
     for form in ("text", "markdown"):
@@ -925,11 +927,11 @@ def test_the_command_line_prints_findings(capsys, tmp_path, motion):
 
 def test_a_score_that_is_mostly_share():
     gt = walks()[:, 50:]
-    (finding,) = find(gt, gt + 0.1, trap="share")
+    (finding,) = find(gt, gt + 0.1, pitfall="share")
     assert (finding.argument, finding.count, finding.where, finding.severity) == ("pred", 1, (), "note")
     score = f"100% of the score by 'paper', {npss.score(gt, gt + 0.1):.4g}, is the share of DC (npss.Parts)"
     assert str(finding).startswith(f"note: pred: {score}: ")
-    assert find(gt[0], gt[0] + 0.1, trap="share")
+    assert find(gt[0], gt[0] + 0.1, pitfall="share")
 
 
 def test_the_share_is_that_of_the_convention():
@@ -937,7 +939,7 @@ def test_the_share_is_that_of_the_convention():
     pred = gt + 0.1
     for convention, name in (("released", "'released'"), (npss.Convention(weight="uniform"), "this convention")):
         report = npss.report(gt, pred, convention=convention)
-        (finding,) = (one for one in npss.diagnose(gt, pred, convention=convention) if one.trap == "share")
+        (finding,) = (one for one in npss.diagnose(gt, pred, convention=convention) if one.pitfall == "share")
         share = report.parts.share / report.score
         assert finding.message.startswith(f"{share:.0%} of the score by {name}, {report.score:.4g}, is the share of DC")
     with pytest.raises(ValueError, match=r"^convention: "):
@@ -949,22 +951,22 @@ def test_shares_of_a_score_on_either_side_of_a_half(mean):
     t = 2 * np.pi * np.arange(100)[:, np.newaxis] / 100
     gt, pred = 1 + np.cos(t), mean + np.cos(4 * t)
     parts = npss.report(gt, pred).parts
-    assert bool(find(gt, pred, trap="share")) == (parts.share > parts.form)
+    assert bool(find(gt, pred, pitfall="share")) == (parts.share > parts.form)
     assert (parts.share > parts.form) == (mean < 0.95)
 
 
 def test_what_is_right_has_no_share():
     gt = walks()[:, 50:]
     for pred in (gt, -2 * gt, gt[:, ::-1], np.roll(gt, 9, axis=1)):  # the same spectra, but for rounding
-        assert find(gt, pred, trap="share") == []
-    assert find(gt[:, :1], 1 + gt[:, :1], trap="share") == []  # one frame has no spectrum
+        assert find(gt, pred, pitfall="share") == []
+    assert find(gt[:, :1], 1 + gt[:, :1], pitfall="share") == []  # one frame has no spectrum
 
 
 def test_shares_over_blocks_are_those_of_the_whole(monkeypatch):
     gt, pred = walks()[:, 50:] * np.array([1, 9, 1, 2])[:, np.newaxis, np.newaxis], 0.9 + walks(seed=3)[:, 50:]
-    whole = find(gt, pred, trap="share")
+    whole = find(gt, pred, pitfall="share")
     monkeypatch.setattr(_diagnose, "_BLOCK", 1)
-    assert find(gt, pred, trap="share") == whole != []
+    assert find(gt, pred, pitfall="share") == whole != []
 
 
 def test_a_flip_in_the_middle_has_the_maximal_cost():

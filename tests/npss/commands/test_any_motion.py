@@ -174,7 +174,7 @@ def test_diagnose(results, capsys, tmp_path):
     text = run(capsys, "diagnose", tmp_path / "gt.npy", tmp_path / "pred.npy")[1]
     expected = npss.diagnose(flat, np.repeat(flat[:, :1], 30, axis=1))
     assert text.splitlines() == [f"{len(expected)} findings", *(f"- {finding}" for finding in expected)]
-    assert {finding.trap for finding in expected} >= {"constant"}
+    assert {finding.pitfall for finding in expected} >= {"constant"}
     assert "leave out --key" in run(capsys, "diagnose", folder / "a.npz", "--key", "x")[2]
     assert "got 3 files" in run(capsys, "diagnose", "a", "b", "c")[2]
 

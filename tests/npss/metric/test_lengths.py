@@ -349,8 +349,8 @@ def test_diagnoses_name_the_length_and_the_sequence():
     pred[2, :20] = pred[2, :1]
     gt[1, 20:, 0] += 2 * np.pi
     gt[0, 20:] = pred[0, 20:] = 0  # padding
-    assert "padding" in {finding.trap for finding in npss.diagnose(gt, pred)}
-    found = {finding.trap: finding for finding in npss.diagnose(gt, pred, lengths=lengths)}
+    assert "padding" in {finding.pitfall for finding in npss.diagnose(gt, pred)}
+    found = {finding.pitfall: finding for finding in npss.diagnose(gt, pred, lengths=lengths)}
     assert "padding" not in found
     assert found["constant"].where == (2,)
     assert "(sequences of 20 frames)" in str(found["constant"])

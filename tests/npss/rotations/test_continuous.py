@@ -49,7 +49,7 @@ def test_equal_rotations_score_zero():
     by_hand = loop(q[0, :, 0])
     flat = q.reshape(1, 60, 4)
     assert npss.score(by_hand[np.newaxis], flat, convention="released") > 1  # the pitfall
-    assert "quaternion-sign" in [finding.trap for finding in npss.diagnose(by_hand[np.newaxis], flat)]
+    assert "quaternion-sign" in [finding.pitfall for finding in npss.diagnose(by_hand[np.newaxis], flat)]
     mended = continuous(q, axis=1)
     assert np.array_equal(mended[0, :, 0], by_hand)
     assert npss.score(by_hand[np.newaxis], mended.reshape(1, 60, 4), convention="released") == 0
