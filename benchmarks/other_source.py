@@ -1,4 +1,4 @@
-"""Restorers of one source on another: CMU's, and the simple ways fitted to CMU, on the held-out subject of Human3.6M.
+"""Restorers of one source on another: CMU's, and simple baselines fitted to CMU, on the held-out subject of Human3.6M.
 
 python benchmarks/other_source.py --cmu DIR --styles DIR --h36m DIR RESTORER ...: the numbers of docs/manifold.md.
 """
@@ -13,13 +13,13 @@ from npss_baselines.manifold.evaluation.lost import best_of, lost_error, ratio
 from npss_baselines.manifold.motion.prepared import motion_set
 from npss_baselines.manifold.motion.split import split
 from npss_baselines.manifold.restorers import file
-from npss_baselines.manifold.restorers.simple_ways import NAMES, SimpleWays
+from npss_baselines.manifold.restorers.simple_baselines import NAMES, SimpleBaselines
 
 EVERY = 2  # windows
 
 
 def main() -> None:
-    """Print errors of lost joints in body heights, and their ratio to the best simple way."""
+    """Print errors of lost joints in body heights, and their ratio to the best simple baseline."""
     parser = argparse.ArgumentParser(description=__doc__)
     for option in ("--cmu", "--styles", "--h36m"):
         parser.add_argument(option, type=Path, required=True)
@@ -27,7 +27,7 @@ def main() -> None:
     parser.add_argument("restorers", type=Path, nargs="+")
     options = parser.parse_args()
     cmu = motion_set({"cmu": options.cmu, "cmu-styles": options.styles}, cache=options.cache)
-    simple = SimpleWays(split(cmu).training)
+    simple = SimpleBaselines(split(cmu).training)
     test = split(motion_set({"h36m": options.h36m}, cache=options.cache)).test
     assert test is not None
     windows = Windows(test.windows[::EVERY].astype(float), test.mask[::EVERY])

@@ -26,9 +26,8 @@ LOCK = ".lock"
 LOG = "log.txt"
 
 _DESCRIPTION = """\
-Train and measure the models of the reference numbers, from raw files to tables, by a plan: in order of worth, one
-process for each core with one thread each. What is done is skipped, and what was cut off is resumed, when the command
-is repeated.
+Train and measure the models of the reference numbers, from raw files to tables, by a plan: the most important first,
+with one single-threaded process for each core. To resume, repeat the command: it skips what is done.
 --out holds runs/ (models), records/ (a JSON file for each run) and tables/.
 """
 
@@ -51,8 +50,8 @@ def add_parser(commands: Any) -> None:
         "--budget",
         choices=BUDGETS,
         default="full",
-        help="run this much of the plan; minutes: every step on little, as a trial; hours: one seed of each model; "
-        "full: all (default: %(default)s)",
+        help="run this much of the plan; minutes: every step on a small scale, as a trial; hours: one seed of each "
+        "model; full: all (default: %(default)s)",
     )
     parser.add_argument(
         "--plan", type=Path, metavar="FILE", help="run this plan, a TOML file, instead of the project's"

@@ -99,7 +99,7 @@ class Plan:
     rows : dict of str to Row
         All rows, by name.
     order : tuple of dict
-        Groups of runs, in order of worth: ``rows``, ``actions``, ``seeds``, ``budget``, ``together``, ``why``.
+        Groups of runs, the most important first: ``rows``, ``actions``, ``seeds``, ``budget``, ``together``, ``why``.
     recipes : dict of str to str
         What each recipe is, in words.
     subjects : dict of str to tuple
@@ -112,7 +112,7 @@ class Plan:
     subjects: Mapping[str, tuple[Any, ...]]
 
     def runs(self, source: PoseSource, *, budget: str = "full", only: Sequence[str] = ()) -> list[Planned]:
-        """Return the runs, in order of worth.
+        """Return the runs, the most important first.
 
         Parameters
         ----------

@@ -22,7 +22,7 @@ from npss_baselines.manifold.model.pca import fit_pca
 from npss_baselines.manifold.motion import measures
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.features import local_positions
-from npss_baselines.manifold.restorers.simple_ways import names_for
+from npss_baselines.manifold.restorers.simple_baselines import names_for
 from untrained import manifold_of
 
 
@@ -106,7 +106,7 @@ class TestRestoration:
             expected = {(method, metric) for method in methods for metric in metrics}
             assert results == expected | {("original", "foot_speed")}
 
-    def test_the_ratio_is_to_the_best_simple_way(self, testbed, records):
+    def test_the_ratio_is_to_the_best_simple_baseline(self, testbed, records):
         for application in ("repair", "kinect", "inbetween"):
             ways = names_for(testbed.corrupted(application))
             errors = {way: value(records, application, way, "lost_error") for way in ways}

@@ -22,7 +22,7 @@ from npss_baselines.manifold.restorers.interpolation import Interpolation
 from npss_baselines.manifold.restorers.kernel_ridge import KernelRidge
 from npss_baselines.manifold.restorers.key_ridge import fit_key_ridge
 from npss_baselines.manifold.restorers.net import Net
-from npss_baselines.manifold.restorers.simple_ways import NAMES, SimpleWays
+from npss_baselines.manifold.restorers.simple_baselines import NAMES, SimpleBaselines
 from npss_baselines.manifold.restorers.smoothing import Smoothing
 
 APPLICATIONS = ("repair", "kinect", "fill", "inbetween")
@@ -35,7 +35,7 @@ def sets(motions):
 
 @pytest.fixture(scope="module")
 def simple(sets):
-    return SimpleWays(sets.training)
+    return SimpleBaselines(sets.training)
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +79,7 @@ class TestAll:
                 bones = np.linalg.norm(positions[:, :, joint] - positions[:, :, JOINTS.parents[joint]], axis=-1)
                 np.testing.assert_allclose(bones, np.linalg.norm(JOINTS.offsets[joint]), atol=1e-9)
 
-    def test_every_simple_way_is_used_and_named(self, windows, simple):
+    def test_every_simple_baseline_is_used_and_named(self, windows, simple):
         names = {name for application in APPLICATIONS for name in simple.of(lost(application, windows, simple))}
         assert names == set(NAMES)
 

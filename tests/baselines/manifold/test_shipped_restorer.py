@@ -26,7 +26,7 @@ def test_it_is_small_and_the_default():
     assert default().signature == load(SHIPPED).signature
 
 
-def test_it_beats_simple_ways_on_people_it_did_not_see(cmu_root):
+def test_it_beats_simple_baselines_on_people_it_did_not_see(cmu_root):
     """A fast part of the table: every fourth window of CMU's held-out subjects."""
     from npss_baselines.manifold.motion.prepared import motion_set
 

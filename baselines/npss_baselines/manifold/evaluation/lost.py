@@ -1,4 +1,4 @@
-"""The error of restored motion where something was lost, and its ratio to that of the best simple way."""
+"""The error of restored motion where something was lost, and its ratio to that of the best simple baseline."""
 
 from __future__ import annotations
 

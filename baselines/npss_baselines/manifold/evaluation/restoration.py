@@ -15,7 +15,7 @@ from npss_baselines.manifold.evaluation.records import context_of, records_of
 from npss_baselines.manifold.evaluation.testbed import Testbed
 from npss_baselines.manifold.motion import measures
 from npss_baselines.manifold.motion.features import FPS, local_positions, to_positions
-from npss_baselines.manifold.restorers import simple_ways
+from npss_baselines.manifold.restorers import simple_baselines
 
 
 def restoration(testbed: Testbed, application: str, joints: Sequence[str] = (WRIST,)) -> Iterator[Record]:
@@ -23,9 +23,9 @@ def restoration(testbed: Testbed, application: str, joints: Sequence[str] = (WRI
 
     Metrics: ``lost_error``, the mean distance of joints of which a coordinate was lost or noisy, and ``joint_error`` of
     all joints, in body heights; ``bone_error`` as a share of bone lengths; ``foot_speed``; ``npss`` on positions in the
-    character's frame, with windows as sequences. ``ratio`` divides the ``lost_error`` by that of the simple way whose
-    error is smallest; its records have ``low``, ``high``, ``clips`` and ``subject`` (``all``, or one), too. With other
-    joints than `WRIST`, the application's name has those joints: ``fill LeftFoot``.
+    character's frame, with windows as sequences. ``ratio`` divides the ``lost_error`` by that of the best simple
+    baseline; its records have ``low``, ``high``, ``clips`` and ``subject`` (``all``, or one), too. With joints other
+    than `WRIST`, the application's name has those joints: ``fill LeftFoot``.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def restoration(testbed: Testbed, application: str, joints: Sequence[str] = (WRI
     yield from records_of(testbed, name, Method("original"), {"foot_speed": speed}, context)
     if not errors:
         return
-    best = best_of(errors, simple_ways.NAMES)
+    best = best_of(errors, simple_baselines.NAMES)
     clips = [testbed.test.clips[i] for i in testbed.test.clip_of]
     named = np.array([f"{clip.source}/{clip.name}" for clip in clips])
     for subject, chosen in by_subject([clip.subject for clip in clips]):

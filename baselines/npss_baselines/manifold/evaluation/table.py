@@ -18,7 +18,7 @@ METRICS = {
     "npss": ("NPSS paper", True),
     "foot_speed": ("foot speed (body heights/s)", None),
     "joint_speed": ("joint speed (body heights/s)", None),
-    "ratio": ("ratio to the best simple way", True),
+    "ratio": ("ratio to the best simple baseline", True),
     "jerk": ("jerk (body heights/s³)", None),
     "snaps": ("snaps (share)", None),
     "nearest_npss": ("NPSS to nearest", True),

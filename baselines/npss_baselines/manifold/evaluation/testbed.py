@@ -20,16 +20,16 @@ from npss_baselines.manifold.model.projector import Manifold, Projector
 from npss_baselines.manifold.motion.dataset import MotionSet
 from npss_baselines.manifold.motion.scaling import Scaling
 from npss_baselines.manifold.motion.split import held_out_subjects, split
-from npss_baselines.manifold.restorers import simple_ways
+from npss_baselines.manifold.restorers import simple_baselines
 from npss_baselines.manifold.restorers.alternating import Alternating
 from npss_baselines.manifold.restorers.file import default
 from npss_baselines.manifold.restorers.restorer import Restorer
-from npss_baselines.manifold.restorers.simple_ways import SimpleWays
+from npss_baselines.manifold.restorers.simple_baselines import SimpleBaselines
 
 #: Names of other rows in tables and pictures, which manifolds must not have.
 RESERVED = (
     *("input", "slerp", "pca", "pca-best", "euclidean", "extremes", "length", "chance", "original", "real", "restorer"),
-    *simple_ways.NAMES,
+    *simple_baselines.NAMES,
 )
 
 
@@ -114,15 +114,15 @@ class Testbed:
         return restore.corrupted(application, self.windows, self.scaling.mean, joints=joints, seed=self.seed)
 
     @cached_property
-    def simple_ways(self) -> SimpleWays:
-        """The simple ways to restore motion."""
-        return SimpleWays(self.training)
+    def simple_baselines(self) -> SimpleBaselines:
+        """The simple baselines to restore motion."""
+        return SimpleBaselines(self.training)
 
     def restorers(self, left: Corrupted) -> dict[Method, Restorer]:
-        """Return the restorers of corrupted windows by name: simple ways, trained ones, and manifolds in turn."""
+        """Return the restorers of corrupted windows by name: simple baselines, trained ones, and manifolds in turn."""
         if left.exact.all():
             return {}
-        restorers = {Method(name): restorer for name, restorer in self.simple_ways.of(left).items()}
+        restorers = {Method(name): restorer for name, restorer in self.simple_baselines.of(left).items()}
         return restorers | {
             **self.trained,
             **{Method(name, "alternating"): Alternating(manifold) for name, manifold in self.manifolds.items()},
@@ -166,8 +166,8 @@ class Testbed:
             return self._pca_signature
         if method in self.trained:
             return self.trained[method].signature
-        if method.name in simple_ways.NAMES and application in restore.RESTORATIONS:
-            return self.simple_ways[method.name].signature
+        if method.name in simple_baselines.NAMES and application in restore.RESTORATIONS:
+            return self.simple_baselines[method.name].signature
         if method.variant == "alternating":
             return Alternating(self.manifolds[method.name]).signature
         manifold = self.manifolds.get(method.name)

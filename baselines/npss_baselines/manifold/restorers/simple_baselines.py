@@ -1,4 +1,4 @@
-"""The simple ways to restore motion, fitted to training motion."""
+"""The simple baselines to restore motion, fitted to training motion."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from npss_baselines.manifold.restorers.key_ridge import fit_key_ridge
 from npss_baselines.manifold.restorers.restorer import Restorer
 from npss_baselines.manifold.restorers.smoothing import Smoothing
 
-#: The names of the simple ways. The second kernel ridge regression scales each feature by itself.
+#: The names of the simple baselines. The second kernel ridge regression scales each feature by itself.
 NAMES = (
     *("linear", "pchip", "hermite", "smoothing"),
     *("pose-gaussian", "kernel-ridge", "kernel-ridge-2", "key-ridge", "gaussian"),
 )
 
 
-class SimpleWays:
+class SimpleBaselines:
     """Simple ways, each fitted when it is first needed.
 
     Parameters
@@ -40,13 +40,13 @@ class SimpleWays:
         self._restorers: dict[str, Restorer] = {}
 
     def __getitem__(self, name: str) -> Restorer:
-        """Return a simple way by name."""
+        """Return a simple baseline by name."""
         if name not in self._restorers:
             self._restorers[name] = self._fit(name)
         return self._restorers[name]
 
     def of(self, left: Corrupted) -> dict[str, Restorer]:
-        """Return the simple ways that fit what is lost, by name."""
+        """Return the simple baselines that fit what is lost, by name."""
         return {name: self[name] for name in names_for(left)}
 
     def _fit(self, name: str) -> Restorer:
@@ -66,7 +66,7 @@ class SimpleWays:
 
 
 def names_for(left: Corrupted) -> list[str]:
-    """Return the names of the simple ways that fit what is lost."""
+    """Return the names of the simple baselines that fit what is lost."""
     if np.any(left.noise):
         return ["linear", "smoothing", "gaussian"]
     if (~left.known).all(axis=1).any():  # features are lost throughout a window
