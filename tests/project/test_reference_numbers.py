@@ -78,61 +78,73 @@ def test_reference_rows_are_the_records(writer, results):
             assert row["signatures"]["euler_error"] == number.signature
 
 
+# The sentences that a person wrote, section by section.
+
+ACTIONS = ("walking", "eating", "smoking")
+OWN = ("vgru-d", "vgru-ac", "gru-d", "vgru-r1")  # the paper's own models
+RIVALS = ("mbr-long", "mbr-unsup")
+SIX = (*OWN, *RIVALS)
+PUBLISHED = {  # Table 4
+    "vgru-d": {"walking": 0.887, "eating": 0.846, "smoking": 1.235},
+    "vgru-ac": {"walking": 1.032, "eating": 0.842, "smoking": 1.426},
+    "gru-d": {"walking": 0.931, "eating": 0.836, "smoking": 1.274},
+    "vgru-r1": {"walking": 1.217, "eating": 1.312, "smoking": 1.736},
+    "mbr-long": {"walking": 1.499, "eating": 1.621, "smoking": 4.741},
+    "mbr-unsup": {"walking": 1.809, "eating": 1.481, "smoking": 2.794},
+}
+BEST = {"walking": 0.887, "eating": 0.836, "smoking": 1.235}
+SPREAD = 0.085  # the standard deviation over seeds of the released schedule, in docs/training.md
+
+
+@pytest.fixture(scope="module")
+def score(results):
+    def score(row, action, convention="released", protocol="srnn-8"):
+        return results.of(action, protocol)[row].number("npss", convention).value
+
+    return score
+
+
+@pytest.fixture(scope="module")
+def speed(results):
+    return lambda row, action: results.of(action)[row].record["speed_ratio"]
+
+
+@pytest.fixture(scope="module")
+def theirs():
+    return published.records("Gopalakrishnan et al. 2019")
+
+
 def in_order(one, other):
     """Return how many pairs two rankings put in the same order."""
     return sum((one[a] < one[b]) == (other[a] < other[b]) for a, b in combinations(one, 2))
 
 
-def test_what_the_text_says_holds(writer, results):
-    """The sentences that a person wrote."""
-    actions = ("walking", "eating", "smoking")
-    theirs = published.records("Gopalakrishnan et al. 2019")
+def test_published_numbers_in_the_text(writer, theirs):
+    table_4 = {(record["model"], record["action"]): record["npss"]["released"] for record in theirs if "npss" in record}
+    for row, values in PUBLISHED.items():
+        assert values == {action: table_4[writer.tables.PUBLISHED[row], action] for action in ACTIONS}
+    assert {action: min(value for (_, a), value in table_4.items() if a == action) for action in ACTIONS} == BEST
 
-    def score(row, action, convention, protocol="srnn-8"):
-        return results.of(action, protocol)[row].number("npss", convention).value
 
-    best = {a: min(r["npss"]["released"] for r in theirs if r["action"] == a and "npss" in r) for a in actions}
-    assert best == {"walking": 0.887, "eating": 0.836, "smoking": 1.235}
-    assert all(score("gated-periodic", action, "released") < best[action] for action in actions)
-    assert [score("periodic", action, "released") < best[action] for action in actions] == [True, True, False]
-    assert score("zero-velocity", "smoking", "released") < best["smoking"]
-    trained = {name: score(name, "walking", "released") for name in ("vgru-d", "vgru-ac", "gru-d", "vgru-r1")}
-    for (name, ours), published_value in zip(trained.items(), (0.887, 1.032, 0.931, 1.217), strict=True):
-        assert abs(ours - published_value) < 0.085, name  # the spread over seeds in docs/training.md
-        assert 0.33 < results.of("walking")[name].record["speed_ratio"] < 0.51
-    assert trained["gru-d"] < trained["vgru-d"] < trained["vgru-ac"]
-    assert score("gru-d", "walking", "released", "random-256") > score("vgru-d", "walking", "released", "random-256")
-    many = [score(row, "eating", "released", "random-256") for row in ("zero-velocity", "gru-d")]
-    assert many[0] < many[1]
-    on_eating = {name: score(name, "eating", "released") for name in trained}
-    assert (
-        0.836
-        > on_eating["gru-d"]
-        < score("zero-velocity", "eating", "released")
-        < min(value for name, value in on_eating.items() if name != "gru-d")
-    )
-    assert on_eating["vgru-r1"] < 1.312
-    assert on_eating["vgru-d"] > 0.846 + 0.085
-    assert on_eating["vgru-ac"] > 0.842 + 0.085
-    speeds = [results.of("eating")[name].record["speed_ratio"] for name in ("vgru-d", "vgru-ac", "vgru-r1")]
-    assert max(speeds) < 0.4
-    rivals = [score(name, "walking", "released") for name in ("mbr-long", "mbr-unsup")]
-    assert max(trained["vgru-d"], *rivals) - min(trained["vgru-d"], *rivals) < 0.085
-    assert results.of("walking")["mbr-long"].number("euler_error", at="80").value > 0.93 + 0.3
-    assert results.of("smoking")["mbr-long"].record["speed_ratio"] < 0.1
-    assert max(rivals) < 1.499 - 0.3
-    rivals_on_eating = [score(name, "eating", "released") for name in ("mbr-long", "mbr-unsup")]
-    assert max(rivals_on_eating) < min(1.481 - 0.3, on_eating["vgru-d"])
-    on_smoking = {name: score(name, "smoking", "released") for name in (*trained, "mbr-long", "mbr-unsup")}
-    assert on_smoking["vgru-d"] > 1.235 + 0.085
-    assert on_smoking["gru-d"] > 1.274 + 0.085
-    assert on_smoking["vgru-ac"] < 1.426 - 0.085
-    assert on_smoking["vgru-r1"] < 1.736 - 0.085
-    assert max(results.of("smoking")[name].record["speed_ratio"] for name in trained) < 0.4
-    assert score("zero-velocity", "smoking", "released") < min(on_smoking.values())
-    assert min(on_smoking, key=on_smoking.get) == "mbr-long"
-    assert max(on_smoking, key=on_smoking.get) == "mbr-unsup"
-    assert on_smoking["mbr-unsup"] < 2.794 - 0.3
+def test_untrained_rows_are_ahead_of_the_papers(score):
+    assert all(score("gated-periodic", action) < BEST[action] for action in ACTIONS)
+    assert [score("periodic", action) < BEST[action] for action in ACTIONS] == [True, True, False]
+    assert score("zero-velocity", "smoking") < BEST["smoking"]
+    for action in ACTIONS:
+        for row in ("running-average-2", "running-average-4"):
+            assert score(row, action, "paper") == pytest.approx(score("zero-velocity", action, "paper"), rel=1e-9)
+
+
+def test_zero_velocity_is_that_of_table_6(results, theirs):
+    held = [record for record in theirs if record["model"] == "zero-velocity" and record["action"] in ACTIONS]
+    assert len(held) == 3
+    for record in held:
+        for time, value in record["euler_error"].items():
+            ours = results.of(record["action"])["zero-velocity"].number("euler_error", at=time).value
+            assert ours == pytest.approx(value, abs=0.005)
+
+
+def test_the_released_recipe(results, speed, theirs):
     faithful = results.of("walking")["vgru-d-faithful"]
     (table_7,) = (
         record["euler_error"]
@@ -141,70 +153,101 @@ def test_what_the_text_says_holds(writer, results):
     )
     assert len(table_7) == 6
     assert all(abs(faithful.number("euler_error", at=at).value / value - 1) < 0.05 for at, value in table_7.items())
-    assert abs(faithful.number("npss", "released").value - best["walking"]) < 0.085
-    assert faithful.record["speed_ratio"] == pytest.approx(0.63, abs=0.005)
-    table_6 = {row: writer.tables.PUBLISHED[row] for row in ("vgru-r1-all", "mbr-unsup-all", "mbr-sup-all")}
-    above = {row: [] for row in table_6}
-    for row, name in table_6.items():
+    assert abs(faithful.number("npss", "released").value - PUBLISHED["vgru-d"]["walking"]) < SPREAD
+    assert speed("vgru-d-faithful", "walking") == pytest.approx(0.63, abs=0.005)
+    (record,) = (record for record in records() if record["row"] == "vgru-d-faithful")
+    assert not record["configuration"]["model"]["own_past"]
+
+
+def test_the_papers_models_on_walking(results, score, speed):
+    ours = {row: score(row, "walking") for row in OWN}
+    for row, value in ours.items():
+        assert abs(value - PUBLISHED[row]["walking"]) < SPREAD, row
+        assert 0.33 < speed(row, "walking") < 0.51
+    assert ours["gru-d"] < ours["vgru-d"] < ours["vgru-ac"]
+    assert score("gru-d", "walking", protocol="random-256") > score("vgru-d", "walking", protocol="random-256")
+    for protocol in ("srnn-8", "random-256"):
+        three = results.of("walking", protocol)["vgru-d"]
+        assert len(three.seeds) == 3
+        assert three.number("npss", "released").over_seeds == pytest.approx(0.02, abs=0.005)
+
+
+def test_the_papers_models_on_eating(score, speed):
+    ours = {row: score(row, "eating") for row in OWN}
+    still = score("zero-velocity", "eating")
+    assert ours["gru-d"] < min(still, PUBLISHED["gru-d"]["eating"])
+    assert min(ours[row] for row in ("vgru-d", "vgru-ac", "vgru-r1")) > still
+    assert all(ours[row] > PUBLISHED[row]["eating"] + SPREAD for row in ("vgru-d", "vgru-ac"))
+    assert ours["vgru-r1"] < PUBLISHED["vgru-r1"]["eating"]
+    assert max(speed(row, "eating") for row in ("vgru-d", "vgru-ac", "vgru-r1")) < 0.4
+    assert score("zero-velocity", "eating", protocol="random-256") < score("gru-d", "eating", protocol="random-256")
+
+
+def test_the_papers_models_on_smoking(score, speed):
+    ours = {row: score(row, "smoking") for row in SIX}
+    assert all(ours[row] > PUBLISHED[row]["smoking"] + SPREAD for row in ("vgru-d", "gru-d"))
+    assert all(ours[row] < PUBLISHED[row]["smoking"] - SPREAD for row in ("vgru-ac", "vgru-r1"))
+    assert max(speed(row, "smoking") for row in OWN) < 0.4
+    assert score("zero-velocity", "smoking") < min(ours.values())
+
+
+def test_the_rivals(results, score, speed):
+    """MBR-long and MBR-unsup."""
+    on_walking = [score(row, "walking") for row in (*RIVALS, "vgru-d")]
+    assert max(on_walking) - min(on_walking) < SPREAD
+    for row in RIVALS:
+        for action in ACTIONS:
+            assert score(row, action) < PUBLISHED[row][action] - 0.3
+        assert score(row, "eating") < score("vgru-d", "eating")
+    on_smoking = {row: score(row, "smoking") for row in SIX}
+    assert min(on_smoking, key=on_smoking.get) == "mbr-long"
+    assert max(on_smoking, key=on_smoking.get) == "mbr-unsup"
+    assert speed("mbr-long", "smoking") < 0.1
+    assert results.of("walking")["mbr-long"].number("euler_error", at="80").value > 0.93 + 0.3
+
+
+def test_models_of_all_actions(writer, results, score, speed, theirs):
+    def above(row):
         for record in theirs:
-            if record["model"] == name and record["action"] in actions:
+            if record["model"] == writer.tables.PUBLISHED[row] and record["action"] in ACTIONS:
                 numbers = results.of(record["action"])[row]
                 for time, value in record["euler_error"].items():
-                    above[row].append(numbers.number("euler_error", at=time).value - value)
+                    yield numbers.number("euler_error", at=time).value - value
+
     for row in ("mbr-unsup-all", "mbr-sup-all"):
-        assert len(above[row]) == 12
-        assert max(above[row]) < 0.03
-        assert sum(difference < 0 for difference in above[row]) > 6
-    for action in actions:
+        differences = list(above(row))
+        assert len(differences) == 12
+        assert max(differences) < 0.03
+        assert sum(difference < 0 for difference in differences) > 6
+    for action in ACTIONS:
         errors, still = (
             [results.of(action)[row].number("euler_error", at=time).value for time in ("80", "160", "320", "400")]
             for row in ("vgru-r1-all", "zero-velocity")
         )
         assert all(abs(error - other) < 0.1 * other for error, other in zip(errors, still, strict=True))
-        assert results.of(action)["vgru-r1-all"].record["speed_ratio"] < 0.2
-    six = {"walking": [*trained.values(), *rivals], "eating": [*on_eating.values(), *rivals_on_eating]}
-    for action, scores in six.items():
-        assert abs(score("mbr-sup-all", action, "released") - min(scores)) < 0.085
-    assert score("mbr-sup-all", "smoking", "released") < min(on_smoking.values()) - 0.085
-    seeds = [results.of("walking", protocol)["vgru-d"] for protocol in ("srnn-8", "random-256")]
-    assert all(len(found.seeds) == 3 for found in seeds)
-    spreads = [found.number("npss", "released").over_seeds for found in seeds]
-    assert spreads == pytest.approx([0.02, 0.02], abs=0.005)
-    losses = {
-        name: [
-            score(name, "walking", *place) - score("vgru-d", "walking", *place)
-            for place in (("released",), ("released", "random-256"), ("paper",))
+        assert speed("vgru-r1-all", action) < 0.2
+    best = {action: min(score(row, action) for row in SIX) for action in ACTIONS}
+    assert all(abs(score("mbr-sup-all", action) - best[action]) < SPREAD for action in ("walking", "eating"))
+    assert score("mbr-sup-all", "smoking") < best["smoking"] - SPREAD
+
+
+def test_periodic_on_many_windows(score):
+    ahead = {
+        convention: [
+            score("periodic", action, convention, "random-256")
+            < score("zero-velocity", action, convention, "random-256")
+            for action in ACTIONS
         ]
-        for name in ("open-loop", "sampling", "noise", "vgru-ac", "no-top-rnn", "no-derivatives")
-    }  # the ablation
-    for name in ("open-loop", "sampling", "noise", "vgru-ac"):
-        assert max(0.105, 3 * spreads[0]) < losses[name][0] < 0.155, name
-        assert max(0.055, 3 * spreads[1]) < losses[name][1] < 0.255, name
-    assert max(abs(losses[name][0]) for name in ("no-top-rnn", "no-derivatives")) < 0.04
-    assert [name for name, (_, _, paper) in losses.items() if paper > 0.085] == ["open-loop", "sampling"]
-    fast, whole = (results.of("walking")[name].record["speed_ratio"] for name in ("no-top-rnn", "vgru-d"))
-    assert whole < fast < 1
-    for action in actions:  # Table 2
-        rows = results.of(action)
-        euler = study.rank(
-            {name: sum(n.value for n in rows[name].numbers() if not n.convention) for name in on_smoking}
-        )
-        released = study.rank({name: score(name, action, "released") for name in on_smoking})
-        names = {name: writer.tables.PUBLISHED[name] for name in on_smoking}
-        table_7, table_4 = (
-            study.rank(study.model_scores(theirs, [*names.values()], action=action, metric=metric))
-            for metric in ("euler_error", "released")
-        )
-        table_7, table_4 = ({name: table[names[name]] for name in names} for table in (table_7, table_4))
-        assert euler["vgru-r1"] == 1
-        assert in_order(euler, table_7) >= 12
-        assert 7 <= in_order(released, table_4) <= 9
-        assert in_order(euler, released) < in_order(table_7, table_4)
-    assert score("gru-d", "walking", "paper") < 0.95 * score("vgru-d", "walking", "paper")
+        for convention in ("released", "paper")
+    }
+    assert ahead == {"released": [True, False, False], "paper": [True, True, True]}
+
+
+def test_the_best_numbers(results, theirs):
     behind = {}  # how many single windows, of nine; and on smoking, by how much
     for row in ("dc-share", "calibrated-blend"):
         behind[row] = 0
-        for action in actions:
+        for action in ACTIONS:
             for window in ("0-1", "1-2", "2-4"):
                 least = min(
                     record["npss_windows"]["released"][window]
@@ -220,23 +263,43 @@ def test_what_the_text_says_holds(writer, results):
                 if (action, window) in (("walking", "0-1"), ("walking", "1-2")):
                     assert results.of(action)["gated-periodic"].number("npss", "released", window).value < ours
     assert behind == {"dc-share": 5, "calibrated-blend": 1}
-    ahead = {
-        convention: [
-            score("periodic", action, convention, "random-256")
-            < score("zero-velocity", action, convention, "random-256")
-            for action in actions
+
+
+def test_the_ablation(results, score, speed):
+    spreads = [
+        results.of("walking", protocol)["vgru-d"].number("npss", "released").over_seeds
+        for protocol in ("srnn-8", "random-256")
+    ]
+    losses = {
+        row: [
+            score(row, "walking", *place) - score("vgru-d", "walking", *place)
+            for place in (("released",), ("released", "random-256"), ("paper",))
         ]
-        for convention in ("released", "paper")
+        for row in ("open-loop", "sampling", "noise", "vgru-ac", "no-top-rnn", "no-derivatives")
     }
-    assert ahead == {"released": [True, False, False], "paper": [True, True, True]}
-    held = [record for record in theirs if record["model"] == "zero-velocity" and record["action"] in actions]
-    for record in held:
-        for time, value in record["euler_error"].items():
-            ours = results.of(record["action"])["zero-velocity"].number("euler_error", at=time).value
-            assert ours == pytest.approx(value, abs=0.005)
-    for action in actions:
-        for row in ("running-average-2", "running-average-4"):
-            assert score(row, action, "paper") == pytest.approx(score("zero-velocity", action, "paper"), rel=1e-9)
+    for row in ("open-loop", "sampling", "noise", "vgru-ac"):
+        assert max(0.105, 3 * spreads[0]) < losses[row][0] < 0.155, row
+        assert max(0.055, 3 * spreads[1]) < losses[row][1] < 0.255, row
+    assert max(abs(losses[row][0]) for row in ("no-top-rnn", "no-derivatives")) < 0.04
+    assert [row for row, (_, _, paper) in losses.items() if paper > SPREAD] == ["open-loop", "sampling"]
+    assert speed("vgru-d", "walking") < speed("no-top-rnn", "walking") < 1
+
+
+def test_the_rankings(writer, results, score, theirs):
+    names = {row: writer.tables.PUBLISHED[row] for row in SIX}
+    for action in ACTIONS:
+        rows = results.of(action)
+        euler = study.rank({row: sum(n.value for n in rows[row].numbers() if not n.convention) for row in SIX})
+        released = study.rank({row: score(row, action) for row in SIX})
+        table_7, table_4 = (
+            study.rank(study.model_scores(theirs, [*names.values()], action=action, metric=metric))
+            for metric in ("euler_error", "released")
+        )
+        table_7, table_4 = ({row: table[names[row]] for row in names} for table in (table_7, table_4))
+        assert euler["vgru-r1"] == 1
+        assert in_order(euler, table_7) >= 12
+        assert 7 <= in_order(released, table_4) <= 9
+        assert in_order(euler, released) < in_order(table_7, table_4)
 
 
 def test_untrained_rows_are_measured_again(h36m_root):
