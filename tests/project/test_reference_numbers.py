@@ -231,6 +231,26 @@ def test_models_of_all_actions(writer, results, score, speed, theirs):
     assert score("mbr-sup-all", "smoking") < best["smoking"] - SPREAD
 
 
+def test_the_other_baselines(writer, results, score, speed, theirs):
+    """ERD, LSTM-3LR and SRNN, on walking."""
+    walking = results.of("walking")
+
+    def error(row, time):
+        return walking[row].number("euler_error", at=time).value
+
+    better = {}  # at which of the paper's times
+    for row in ("erd", "lstm-3lr", "srnn"):
+        (record,) = (r for r in theirs if (r["model"], r["action"]) == (writer.tables.PUBLISHED[row], "walking"))
+        better[row] = [error(row, time) < value for time, value in record["euler_error"].items()]
+    assert better["erd"] == better["lstm-3lr"] == [False, True, True, True, True]
+    assert all(better["srnn"])
+    for row, fast in (("erd", 0.75), ("lstm-3lr", 0.71)):
+        assert score(row, "walking") < score("vgru-d", "walking")
+        assert score(row, "walking", protocol="random-256") > score("vgru-d", "walking", protocol="random-256")
+        assert all(error(row, time) > error("vgru-d", time) for time in ("80", "160", "320", "400", "560", "1000"))
+        assert speed("vgru-d", "walking") < speed(row, "walking") == pytest.approx(fast, abs=0.005)
+
+
 def test_periodic_on_many_windows(score):
     ahead = {
         convention: [
