@@ -8,7 +8,12 @@ from typing import BinaryIO
 import pytest
 
 from npss.files._text import read_text
-from npss.files._write import write_atomically, write_stream_atomically, write_text_atomically
+from npss.files._write import (
+    write_atomically,
+    write_figure_atomically,
+    write_stream_atomically,
+    write_text_atomically,
+)
 
 
 def test_replaces_the_file(tmp_path: Path) -> None:
@@ -82,6 +87,20 @@ def test_does_not_replace_read_only_files(tmp_path: Path) -> None:
     with pytest.raises(OSError, match=r"cannot write .*file: Permission denied"):
         write_text_atomically(path, "text")
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(("name", "begins"), [("a.svg", b"<?xml"), ("a.pdf", b"%PDF"), ("a", b"\x89PNG")])
+def test_the_suffix_of_a_picture_sets_its_format(tmp_path: Path, name: str, begins: bytes) -> None:
+    figure = pytest.importorskip("matplotlib.figure").Figure()
+    write_figure_atomically(tmp_path / name, figure)
+    assert (tmp_path / name).read_bytes().startswith(begins)
+
+
+def test_refuses_pictures_in_other_formats(tmp_path: Path) -> None:
+    figure = pytest.importorskip("matplotlib.figure").Figure()
+    with pytest.raises(ValueError, match=r"a\.txt: expected the suffix of a picture, such as \.svg, \.pdf or \.png"):
+        write_figure_atomically(tmp_path / "a.txt", figure)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
