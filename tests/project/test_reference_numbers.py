@@ -287,15 +287,7 @@ def test_the_best_numbers(results, theirs):
 
 def test_the_ablation(results, score, speed):
     def seeds(row, protocol, convention):
-        measured = [
-            each
-            for record in records()
-            if record["row"] == row and record["actions"] == ["walking"]
-            for each in record["measured"]
-        ]
-        return [
-            each["npss"][convention] for each in measured if f"|protocol:{protocol}|unwrap:off" in each["signature"]
-        ]
+        return [record["npss"][convention] for record in results.of("walking", protocol)[row].records]
 
     def behind(row, protocol, convention):
         """Return whether every seed of a row is behind every seed of VGRU-d."""
