@@ -26,7 +26,7 @@ NAMES = (
 
 
 class SimpleBaselines:
-    """Simple ways, each fitted when it is first needed.
+    """Simple baselines, each fitted when it is first needed.
 
     Parameters
     ----------
