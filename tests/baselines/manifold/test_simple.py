@@ -1,4 +1,4 @@
-"""Simple ways to restore motion: against scipy one feature at a time, and what each must leave alone."""
+"""Simple baselines: against scipy one feature at a time, and what each must leave alone."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Simple ways to restore motion that see which values are missing: interpolation in time, and bone lengths."""
+"""Simple baselines that see which values are missing: interpolation in time, and bone lengths."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ DRAWN = 8
 PAIR = "13_30"
 
 
-#: Simple ways that look like another.
+#: Simple baselines that look like another.
 _SIMILAR = ("pchip", "smoothing", "pose-gaussian", "key-ridge")
 
 
